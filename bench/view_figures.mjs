@@ -42,8 +42,15 @@ function viewer(url) {
   return one;
 }
 
-function measurement(endpoint, length_ms) {
-  return new Program('run', '--config', configuration('figures.json', endpoint, scene, {frame: {length_ms}}));
+function measurement(endpoint, length_ms, pixels = 1) {
+  if (pixels === 1) return new Program('run', '--config', configuration('figures.json', endpoint, scene, {frame: {length_ms}}));
+  const columns = Math.sqrt(pixels), direction = (i) => 0.1 * (i - (columns - 1) / 2);
+  return new Program('run', '--config', configuration('figures.json', endpoint, {
+    driver: 'simulator', ambient_per_s: 200, array: {columns, rows: columns, pitch_deg: 0.1, planes: [
+      {motion: 'linear', distance_m: 20, velocity_mps: 1.2, signal_per_pulse: 0.0003, azimuth_deg: [-0.2, 0.2], elevation_deg: [-0.2, 0.2]},
+      {motion: 'linear', distance_m: 40, signal_per_pulse: 0.0003}]},
+  }, {frame: {length_ms}, scene: {max_speed_mps: 5}, estimator: {tracked: true}, pixels: Array.from({length: pixels}, (_, i) => ({
+    input: i + 1, azimuth_deg: direction(i % columns), elevation_deg: -direction(Math.floor(i / columns))}))}));
 }
 
 const percent = (share) => `${(100 * share).toFixed(1)} %`;
@@ -130,15 +137,17 @@ function family(pid) {
 // All processes of a browser without a graphics processor, with the page and no other in sight.
 async function cost_of_page() {
   console.log('\n| the page shows | frames a second | processor time of the browser | charts drawn a second |\n|---|---|---|---|');
-  for (const [words, length_ms, prepare] of [
+  for (const [words, length_ms, prepare, pixels] of [
     ['the last minute', 50, () => {}],
     ['the last minute', 5, () => {}],
     ['the last ten seconds', 50, () => set_seconds(10)],
     ['the last hour', 50, () => set_seconds(3600)],
     ['the last minute and the photons', 50, () => document.getElementById('photons').click()],
+    ['8 x 8 pixels and the last minute', 50, () => {}, 64],
+    ['16 x 16 pixels and the last minute', 200, () => {}, 256],
   ]) {
     const endpoint = new_endpoint();
-    const daemon = measurement(endpoint, length_ms);
+    const daemon = measurement(endpoint, length_ms, pixels);
     const view = new Program('view', '--endpoint', endpoint, '--http', '127.0.0.1:*');
     const browser = await new_browser();
     const page = await open_page(browser, await view.url(), {width: 1440, height: 900});
@@ -164,7 +173,7 @@ async function size_of_page() {
   const view = new Program('view', '--endpoint', new_endpoint(), '--http', '127.0.0.1:*');
   const url = await view.url();
   let bytes = 0;
-  for (const file of ['', 'view.js', 'numbers.js', 'charts.js', 'photons.js', 'view.css', 'icon.svg']) {
+  for (const file of ['', 'view.js', 'numbers.js', 'charts.js', 'photons.js', 'field.js', 'view.css', 'icon.svg']) {
     bytes += await new Promise((done) => http.get(url + file, {headers: {'accept-encoding': 'gzip'}}, (answer) => {
       answer.resume();
       done(Number(answer.headers['content-length']));

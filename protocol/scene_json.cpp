@@ -153,19 +153,47 @@ void read_pixels(const nlohmann::json& object, std::vector<Pixel>& pixels) {
   }
 }
 
+std::optional<double> number_if_any(const nlohmann::json& object, const char* name) {
+  return object.contains(name) ? std::optional(needed_number(object, name)) : std::nullopt;
+}
+
+std::uint64_t needed_count(const nlohmann::json& object, const char* name) {
+  const nlohmann::json& value = needed(object, name);
+  if (!value.is_number_unsigned()) refuse_scene("/" + std::string(name) + " is not a count");
+  return value.get<std::uint64_t>();
+}
+
+FrameMessage::Sync read_sync(const nlohmann::json& object) {
+  if (!object.is_object()) refuse_scene("/sync is not an object");
+  FrameMessage::Sync sync;
+  sync.count = needed_count(object, "count");
+  sync.missing = needed_count(object, "missing");
+  sync.spurious = needed_count(object, "spurious");
+  sync.period_ps = number_if_any(object, "period_ps");
+  sync.drift_ppm = number_if_any(object, "drift_ppm");
+  sync.jitter_ps = number_if_any(object, "jitter_ps");
+  return sync;
+}
+
 void read_shared(const nlohmann::json& object, FrameMessage& whole) {
   whole.timestamp_s = needed_number(object, "timestamp");
-  const nlohmann::json& sequence = needed(object, "sequence");
-  if (!sequence.is_number_unsigned()) refuse_scene("/sequence is not a count");
-  whole.sequence = sequence.get<std::uint64_t>();
+  whole.sequence = needed_count(object, "sequence");
   const nlohmann::json& start = needed(object, "start_ps");
   const auto start_ps = start.is_string() ? whole_number(start.get<std::string>()) : std::nullopt;
   if (!start_ps) refuse_scene("/start_ps is not a whole number in a string");
   whole.start_ps = *start_ps;
   whole.duration_ms = needed_number(object, "duration_ms");
-  if (object.contains("seen_fraction")) {
-    whole.seen_fraction = needed_number(object, "seen_fraction");
+  if (object.contains("lost_tags")) whole.lost_tags = needed_count(object, "lost_tags");
+  if (object.contains("uncounted_losses")) {
+    whole.uncounted_losses = needed_count(object, "uncounted_losses");
   }
+  whole.seen_fraction = number_if_any(object, "seen_fraction");
+  if (object.contains("sync")) whole.sync = read_sync(object["sync"]);
+  if (object.contains("effort") && object["effort"].is_string()) {
+    whole.effort = object["effort"].get<std::string>();
+  }
+  whole.compute_ms = number_if_any(object, "compute_ms");
+  whole.latency_ms = number_if_any(object, "latency_ms");
 }
 
 }  // namespace

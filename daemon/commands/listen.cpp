@@ -381,6 +381,8 @@ int listen(ListenCommand options) {
     throw Error(Fault::usage, "--max-distance-rmse-mm and --max-velocity-rmse-cmps need --truth");
   }
   if (options.watch && view::TerminalScreen::can_be_had()) {
+    const bool has_values = std::any_of(options.topics.begin(), options.topics.end(), is_of_frames);
+    if (!has_values && !is_among(options.topics, topic_scene)) options.topics = {topic_frame};
     return Watching(options).run(signals.token());
   }
   return Listening(options).run(signals.token());

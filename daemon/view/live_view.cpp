@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "daemon/view/page_scene.hpp"
 #include "protocol/error.hpp"
 #include "protocol/fold_json.hpp"
 #include "protocol/json_value.hpp"
@@ -14,9 +15,8 @@
 namespace splid::view {
 namespace {
 
-constexpr std::array<double, 6> windows_s{10, 30, 60, 300, 900, 3600};
-constexpr std::size_t minute = 2;                   // the index of 60 s
 constexpr std::size_t longest_message = 1U << 18U;  // a frame has some 1,000 bytes
+constexpr std::size_t longest_scene = 1U << 20U;    // some 200 bytes a pixel
 
 // An event of a stream of server-sent events. A line feed would end the data, and none belongs into
 // a message.
@@ -33,25 +33,21 @@ std::string number_or_null(const std::optional<double>& value) {
 }  // namespace
 
 LiveView::LiveView(std::string endpoint, const Clock& clock)
-    : endpoint_(std::move(endpoint)), clock_(clock) {
-  for (const double window_s : windows_s) histories_.emplace_back(window_s);
-}
+    : endpoint_(std::move(endpoint)), clock_(clock), only_(std::make_shared<Track>(clock)) {}
 
-void LiveView::put(Last& last, std::string json) const {
-  last.json = std::move(json);
-  ++last.number;
-  last.came_ns = clock_.steady_ns();
-}
-
-double LiveView::age_s(const Last& last) const {
-  return static_cast<double>(clock_.steady_ns() - last.came_ns) * 1e-9;
+void LiveView::put(LastMessage& last, std::string json) const {
+  last.put(std::move(json), clock_.steady_ns());
 }
 
 void LiveView::take(const std::string& topic, const std::string& json) {
-  if (json.size() > longest_message) {
+  if (json.size() > (topic == topic_scene ? longest_scene : longest_message)) {
     ++unread_;
   } else if (topic == topic_frame) {
     take_frame(json);
+  } else if (topic == topic_scene) {
+    take_scene(json);
+  } else if (topic.starts_with(pixel_topic(""))) {
+    take_pixel(topic.substr(pixel_topic("").size()), json);
   } else if (topic == topic_status || topic == topic_version || topic == topic_fold) {
     const auto message = json_value_if_any(json);
     if (!message.is_object()) {
@@ -67,13 +63,71 @@ void LiveView::take(const std::string& topic, const std::string& json) {
 void LiveView::take_frame(const std::string& json) {
   try {
     const FrameMessage frame = frame_from_json(json);
-    for (History& history : histories_) history.add(frame, ring_fill_ratio_);
+    forget_scenes();
+    only_->take(frame, json, ring_fill_ratio_);
     frames_.add(frame);
-    put(frame_, json);
-    if (frame.valid()) put(valid_, json);
   } catch (const Error&) {
     ++unread_;
   }
+}
+
+// Of a pixel that a viewer looks at; another of whose topic that is the beginning comes, too.
+void LiveView::take_pixel(const std::string& pixel, const std::string& json) {
+  const auto found = pixels_.find(pixel);
+  if (found == pixels_.end()) return;
+  try {
+    found->second->take(frame_from_json(json), json, ring_fill_ratio_);
+  } catch (const Error&) {
+    ++unread_;
+  }
+}
+
+void LiveView::take_scene(const std::string& json) {
+  try {
+    const SceneMessage scene = scene_from_json(json);
+    if (only_->frame().number > 0) only_ = std::make_shared<Track>(clock_);
+    past_.add(scene, clock_.steady_ns());
+    const std::string layout = layout_json(scene.pixels);
+    if (layout != layout_.json) put(layout_, layout);
+    put(picture_, picture_json(scene));
+    for (const auto& [name, track] : pixels_) {
+      const auto frame = past_.last_of(name);
+      if (frame) track->take_from_scene(*frame, ring_fill_ratio_);
+    }
+  } catch (const Error&) {
+    ++unread_;
+  }
+}
+
+// The daemon has one pixel now.
+void LiveView::forget_scenes() {
+  if (past_.empty()) return;
+  past_.forget();
+  put(layout_, "null");
+  put(picture_, "null");
+}
+
+void LiveView::look_at(const std::string& pixel, Cursor& cursor) {
+  std::erase_if(pixels_, [](const auto& entry) { return entry.second.use_count() == 1; });
+  std::shared_ptr<Track>& track = pixels_[pixel];
+  if (!track) {
+    track = std::make_shared<Track>(clock_);
+    track->begin(past_, pixel);
+  }
+  cursor.pixel = track;
+}
+
+std::vector<std::string> LiveView::looked_at() const {
+  std::vector<std::string> names;
+  for (const auto& [name, track] : pixels_) {
+    if (track.use_count() > 1) names.push_back(name);
+  }
+  return names;
+}
+
+std::optional<std::string> LiveView::frames_csv(const std::string& pixel, double from_s,
+                                                double to_s) const {
+  return past_.empty() ? frames_.csv(from_s, to_s) : past_.csv(pixel, from_s, to_s);
 }
 
 void LiveView::set_connection(const std::string& trouble) {
@@ -89,19 +143,24 @@ void LiveView::set_web(const Web& web) {
 }
 
 LiveView::Cursor LiveView::cursor(std::int64_t seconds) {
-  const auto* at =
-      std::lower_bound(windows_s.begin(), windows_s.end(), static_cast<double>(seconds));
   Cursor cursor;
-  cursor.window =
-      std::min<std::size_t>(static_cast<std::size_t>(at - windows_s.begin()), windows_s.size() - 1);
+  cursor.window = Track::window_of(seconds);
   return cursor;
 }
 
+// Without a choice among several there is an empty track.
+std::shared_ptr<const Track> LiveView::track_of(const Cursor& cursor) const {
+  return past_.empty() || !cursor.pixel ? only_ : cursor.pixel;
+}
+
 bool LiveView::has_news(const Cursor& cursor) const {
-  const History& history = histories_.at(cursor.window);
-  return !cursor.has_bins || cursor.change != history.change() || cursor.frame != frame_.number ||
-         cursor.status != status_.number || cursor.version != version_.number ||
-         cursor.page != page_ || (cursor.wants_fold && cursor.fold != fold_.number);
+  const auto track = track_of(cursor);
+  return track != cursor.track || !cursor.has_bins ||
+         cursor.change != track->history(cursor.window).change() ||
+         cursor.frame != track->frame().number || cursor.status != status_.number ||
+         cursor.version != version_.number || cursor.page != page_ ||
+         cursor.layout != layout_.number || cursor.picture != picture_.number ||
+         (cursor.wants_fold && cursor.fold != fold_.number);
 }
 
 std::string LiveView::page_json() const {
@@ -113,18 +172,10 @@ std::string LiveView::page_json() const {
   return json_text(page);
 }
 
-// How old the last frame is, and the last valid one with it.
-std::string LiveView::past_json() const {
-  std::string json = fmt::format(R"({{"frame_age_s":{:.3f})", age_s(frame_));
-  if (valid_.number > 0) {
-    json += fmt::format(R"(,"valid_age_s":{:.3f},"valid":{})", age_s(valid_), valid_.json);
-  }
-  return json + "}";
-}
-
-std::string LiveView::bins_json(const History& history, const Cursor& cursor) const {
+std::string LiveView::bins_json(const Track& track, const Cursor& cursor) {
+  const History& history = track.history(cursor.window);
   const bool anew = !cursor.has_bins || cursor.epoch != history.epoch();
-  const History& last_minute = histories_.at(minute);
+  const History& last_minute = track.last_minute();
   return fmt::format(
       R"({{"anew":{},"window_s":{:g},"width_s":{:g},"best":{{"count_rate":{},"signal_rate":{},"sbr":{}}},"rows":{}}})",
       anew, history.window_s(), history.width_s(),
@@ -133,25 +184,41 @@ std::string LiveView::bins_json(const History& history, const Cursor& cursor) co
       number_or_null(last_minute.best(Series::sbr)), history.rows_after(anew ? 0 : cursor.change));
 }
 
+// Of a pixel that the viewer has not looked at before it has nothing yet.
+std::string LiveView::track_news(const std::shared_ptr<const Track>& track, Cursor& cursor) {
+  if (cursor.track != track) {
+    cursor.track = track;
+    cursor.has_bins = false;
+    cursor.frame = 0;
+  }
+  std::string out;
+  const LastMessage& frame = track->frame();
+  if (cursor.frame == 0 && frame.number > 0) out += event("past", track->past_json());
+  const History& history = track->history(cursor.window);
+  if (!cursor.has_bins || cursor.change != history.change()) {
+    out += event("bins", bins_json(*track, cursor));
+  }
+  cursor.has_bins = true;
+  cursor.change = history.change();
+  cursor.epoch = history.epoch();
+  if (cursor.frame != frame.number) out += event("frame", frame.json);
+  cursor.frame = frame.number;
+  return out;
+}
+
 std::string LiveView::news(Cursor& cursor) const {
   std::string out;
-  const auto add = [&](const char* name, const Last& last, std::uint64_t& seen) {
+  const auto add = [&](const char* name, const LastMessage& last, std::uint64_t& seen) {
     if (last.number != seen) out += event(name, last.json);
     seen = last.number;
   };
   if (cursor.page != page_) out += event("page", page_json());
   cursor.page = page_;
-  if (cursor.frame == 0 && frame_.number > 0) out += event("past", past_json());
   add("version", version_, cursor.version);
   add("status", status_, cursor.status);
-  const History& history = histories_.at(cursor.window);
-  if (!cursor.has_bins || cursor.change != history.change()) {
-    out += event("bins", bins_json(history, cursor));
-  }
-  cursor.has_bins = true;
-  cursor.change = history.change();
-  cursor.epoch = history.epoch();
-  add("frame", frame_, cursor.frame);
+  add("layout", layout_, cursor.layout);
+  add("picture", picture_, cursor.picture);
+  out += track_news(track_of(cursor), cursor);
   if (cursor.wants_fold) add("fold", fold_, cursor.fold);
   return out;
 }

@@ -10,6 +10,8 @@ extern const unsigned char splid_page_view_js[];
 extern const std::size_t splid_page_view_js_size;
 extern const unsigned char splid_page_photons_js[];
 extern const std::size_t splid_page_photons_js_size;
+extern const unsigned char splid_page_field_js[];
+extern const std::size_t splid_page_field_js_size;
 extern const unsigned char splid_page_view_css[];
 extern const std::size_t splid_page_view_css_size;
 extern const unsigned char splid_page_numbers_js[];
@@ -28,10 +30,11 @@ constexpr const char* style = "text/css; charset=utf-8";
 }  // namespace
 
 const PageAsset* find_asset(std::string_view path) {
-  static const std::array<PageAsset, 7> assets{{
+  static const std::array<PageAsset, 8> assets{{
       {"", "text/html; charset=utf-8", splid_page_index, splid_page_index_size},
       {"view.js", script, splid_page_view_js, splid_page_view_js_size},
       {"photons.js", script, splid_page_photons_js, splid_page_photons_js_size},
+      {"field.js", script, splid_page_field_js, splid_page_field_js_size},
       {"view.css", style, splid_page_view_css, splid_page_view_css_size},
       {"numbers.js", script, splid_page_numbers_js, splid_page_numbers_js_size},
       {"charts.js", script, splid_page_charts_js, splid_page_charts_js_size},

@@ -4,6 +4,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "daemon/security/handshake_watch.hpp"
 #include "daemon/sockets/subscriber.hpp"
@@ -42,6 +43,7 @@ class Viewing {
   void take_messages();
   void look_at_connection(const HearState& hear);
   void ask_for_fold();
+  void ask_for_pixels();
 
   std::string endpoint_;
   std::optional<security::CurveClient> client_;
@@ -50,6 +52,7 @@ class Viewing {
   WebServer server_;
   std::optional<State> said_;
   bool hears_fold_ = false;
+  std::vector<std::string> heard_pixels_;
 };
 
 }  // namespace splid::view

@@ -30,6 +30,7 @@ constexpr std::size_t block_bytes = 16U << 10U;       // of events that are sent
 constexpr int unread_bytes = 128 << 10;
 constexpr std::int64_t heartbeat_ns = 5'000'000'000;
 constexpr std::int64_t default_window_s = 60;
+constexpr std::size_t longest_pixel = 32;  // bytes of a name, in a configuration
 
 // What a browser lets the page do: load its own files and listen to its own server, nothing else,
 // and be shown in no other page.
@@ -45,6 +46,12 @@ std::string machine_name() {
 
 std::string_view header(MHD_Connection* connection, const char* name) {
   const char* value = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
+  return value == nullptr ? "" : value;
+}
+
+// Of the query; empty where it has none of that name.
+std::string_view argument(MHD_Connection* connection, const char* name) {
+  const char* value = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, name);
   return value == nullptr ? "" : value;
 }
 
@@ -194,7 +201,7 @@ struct WebServer::Callbacks {
   }
 };
 
-WebServer::WebServer(const std::string& address, const LiveView& view, const Clock& clock)
+WebServer::WebServer(const std::string& address, LiveView& view, const Clock& clock)
     : view_(view), clock_(clock), machine_name_(machine_name()) {
   if (const auto fault = http_address_fault(address, "127.0.0.1:9874")) {
     throw Error(Fault::usage, "--http " + address + ": " + *fault);
@@ -337,17 +344,13 @@ int WebServer::answer(MHD_Connection* connection, std::string_view path, std::st
 
 // The page makes a table of what it draws where frames of that time are no longer kept (204).
 int WebServer::serve_frames(MHD_Connection* connection) {
-  const auto time = [&](const char* name) {
-    const char* text = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, name);
-    return time_from(text == nullptr ? "" : text);
-  };
-  const auto from_s = time("from");
-  const auto to_s = time("to");
+  const auto from_s = time_from(argument(connection, "from"));
+  const auto to_s = time_from(argument(connection, "to"));
   if (!from_s || !to_s) {
     return refuse(connection, MHD_HTTP_BAD_REQUEST,
                   "frames.csv?from=SECONDS&to=SECONDS, both since 1970");
   }
-  const auto csv = view_.frames_csv(*from_s, *to_s);
+  const auto csv = view_.frames_csv(std::string(argument(connection, "pixel")), *from_s, *to_s);
   std::string text = csv.value_or("");
   MHD_Response* response =
       MHD_create_response_from_buffer(text.size(), text.data(), MHD_RESPMEM_MUST_COPY);
@@ -364,14 +367,14 @@ int WebServer::serve_events(MHD_Connection* connection) {
     return refuse(connection, MHD_HTTP_SERVICE_UNAVAILABLE,
                   "there are as many viewers as there may be; close another page");
   }
-  const char* asked = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "seconds");
-  const auto seconds = seconds_from(asked == nullptr ? "" : asked);
+  const auto seconds = seconds_from(argument(connection, "seconds"));
   LiveView::Cursor cursor = LiveView::cursor(seconds.value_or(default_window_s));
-  const char* fold = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "fold");
-  cursor.wants_fold = fold != nullptr && std::string_view(fold) == "1";
+  cursor.wants_fold = argument(connection, "fold") == "1";
+  const std::string_view pixel = argument(connection, "pixel");
+  if (!pixel.empty() && pixel.size() <= longest_pixel) view_.look_at(std::string(pixel), cursor);
   place.until_ns = Connection::never;
-  viewers_.push_back(
-      std::make_unique<Viewer>(Viewer{this, connection, place.group, cursor, {}, 0, 0, false}));
+  viewers_.push_back(std::make_unique<Viewer>(
+      Viewer{this, connection, place.group, std::move(cursor), {}, 0, 0, false}));
   MHD_Response* response =
       MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, block_bytes, &Callbacks::read_events,
                                         viewers_.back().get(), &Callbacks::forget);

@@ -18,7 +18,7 @@ struct MHD_Response;
 namespace splid::view {
 
 // Serves the live page over HTTP (libmicrohttpd) and, to each viewer, what the page shows as
-// server-sent events. It only reads: no request changes anything.
+// server-sent events. It only reads: no request changes anything but what its viewer sees.
 //
 // A request is refused, and counted, where its Host is not this machine (403), its Origin another
 // page's (403), its method neither GET nor HEAD (405), its path unknown (404), its head not what
@@ -46,7 +46,7 @@ class WebServer {
   static constexpr std::int64_t between_news_ns = 100'000'000;
 
   // address: HOST:PORT as ListeningSocket takes it. view and clock outlive this.
-  WebServer(const std::string& address, const LiveView& view, const Clock& clock);
+  WebServer(const std::string& address, LiveView& view, const Clock& clock);
   ~WebServer();
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
@@ -77,7 +77,7 @@ class WebServer {
   int serve_frames(MHD_Connection* connection);
   [[nodiscard]] bool is_due(const Viewer& viewer) const;
 
-  const LiveView& view_;
+  LiveView& view_;
   const Clock& clock_;
   std::string place_;  // HOST:PORT as bound
   std::string machine_name_;

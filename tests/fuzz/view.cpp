@@ -28,7 +28,10 @@ void check_message(const std::string& text) {
   view::LiveView view(text, host_clock());
   view::LiveView::Cursor cursor = view::LiveView::cursor(10);
   cursor.wants_fold = text.size() % 2 == 0;
-  for (const char* topic : {"frame", "fold", "status", "version", "other"}) view.take(topic, text);
+  view.look_at("a", cursor);
+  for (const char* topic : {"frame", "scene", "frame/a", "fold", "status", "version", "other"}) {
+    view.take(topic, text);
+  }
   view.set_connection(text);
   const std::string news = view.news(cursor);
   must(!view.has_news(cursor), "a viewer has got all that there is");

@@ -69,7 +69,10 @@ TEST(SceneJson, OfTheLargestNumbersIsPinned) {
             R"("effort":"balanced","compute_ms":0.25,"latency_ms":0.25})");
 }
 
-TEST(SceneJson, ReadsBackWhatAPictureShows) {
+TEST(SceneJson, ReadsBackWhatItWrites) {
+  SceneMessage all = scene_of(3, 1.5);
+  all.whole.uncounted_losses = 2;
+  EXPECT_EQ(to_json(scene_from_json(to_json(all))), to_json(all));
   const SceneMessage read = scene_from_json(to_json(scene_of(3, 1.5)));
   EXPECT_EQ(read.whole.timestamp_s, 1.5);
   EXPECT_EQ(read.whole.sequence, 3U);

@@ -6,6 +6,7 @@ import http from 'node:http';
 import {join} from 'node:path';
 import {Program, check, configuration, expect, finish, folder, new_browser, new_endpoint, open_page, pause,
   run_to_end, shows, source, text_of, until, value_of} from './harness.mjs';
+import {check_array} from './array.mjs';
 
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const screenshots = process.env.SCREENSHOTS;
@@ -254,8 +255,8 @@ await check('no picture of photons is made until somebody looks, and then all th
 });
 
 // On a page of its own: what axe itself does to a page is no fault of the page.
-async function accessibility(dark) {
-  const one = await open_page(browser, url, {dark});
+async function accessibility(dark, place = url) {
+  const one = await open_page(browser, place, {dark});
   await one.click('#photons');
   await shows(one, 'a fold', () => photons.fold && photons.fold.plane);
   await one.evaluate(axe);
@@ -573,6 +574,8 @@ await check('a replay is shown as it was recorded', async () => {
   const frame = replay.out.trim().split('\n').map((line) => JSON.parse(line)).find((one) => one.sequence === sequence);
   expect(String(frame.distance_m) === distance, `${distance} m on the page, ${frame.distance_m} m in the replay`);
 });
+
+await check_array({view, follower, later, live, accessibility, screenshots});
 
 // What viewers that read nothing have not read is more than the system's connections hold. Of that
 // the view is to keep the last of each message alone, and it is to serve another viewer all along.

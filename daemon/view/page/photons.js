@@ -70,29 +70,34 @@ function ramp(share) {
   return RAMP[below].map((value, i) => value + (RAMP[below + 1][i] - value) * (at_ramp - below));
 }
 
+// Cells in colours of the ramp, row by row from the upper left; null: none.
+function draw_cells(pen, area, columns, rows, shares) {
+  const pixels = new ImageData(columns, rows);
+  shares.forEach((share, i) => { if (share !== null) pixels.data.set([...ramp(share), 255], 4 * i); });
+  const small = document.createElement('canvas');
+  small.width = columns;
+  small.height = rows;
+  small.getContext('2d').putImageData(pixels, 0, 0);
+  pen.imageSmoothingEnabled = false;
+  pen.drawImage(small, area.x, area.y, area.w, area.h);
+}
+
 function draw_plane(plane) {
   const cells = Math.round(Math.sqrt(plane.gain_nats.length));
   const mm = plane.delay_step_ns * MM_PER_NS * cells / 2, mps = plane.velocity_step_mps * cells / 2;
   const picture = open_picture('plane', {from: -mm, to: mm, title: 'mm of distance from the estimate'}, {from: -mps, to: mps, title: 'm/s'});
   const {pen, area, at_x, at_y} = picture;
   const best = Math.max(...plane.gain_nats, 1);
-  const pixels = new ImageData(cells, cells);
-  plane.gain_nats.forEach((gain, i) => {
-    const row = cells - 1 - Math.floor(i / cells);  // velocity rises upwards
-    pixels.data.set([...ramp(gain / best), 255], 4 * (row * cells + i % cells));
-  });
-  const small = document.createElement('canvas');
-  small.width = small.height = cells;
-  small.getContext('2d').putImageData(pixels, 0, 0);
-  pen.imageSmoothingEnabled = false;
-  pen.drawImage(small, area.x, area.y, area.w, area.h);
+  // Velocity rises upwards.
+  const shares = plane.gain_nats.map((gain, i) => plane.gain_nats[(cells - 1 - Math.floor(i / cells)) * cells + i % cells] / best);
+  draw_cells(pen, area, cells, cells, shares);
   draw_deviations(pen, at_x, at_y);
   draw_axes(picture);
 }
 
 // One and three standard deviations of the last frame.
 function draw_deviations(pen, at_x, at_y) {
-  const std = shown.frame && shown.frame.std;
+  const std = shown.frame && shown.frame.pixel === photons.fold.pixel && shown.frame.std;
   if (!std || !is_number(std.distance_m) || !is_number(std.velocity_mps)) return;
   pen.strokeStyle = '#ffffff';
   pen.lineWidth = 1.5;
@@ -115,9 +120,9 @@ function draw_photons() {
     put(name + '-readout', data ? summary_of(name, data) : 'not in this frame');
   }
   if (!photons.fold) return;
-  const {sequence, status, photons: all, folded} = photons.fold;
+  const {sequence, status, photons: all, folded, pixel} = photons.fold;
   const share = folded < all ? `, ${whole(folded)} of them drawn` : '';
-  put('fold-note', `Frame ${sequence}: ${in_words(status)}, ${whole(all)} photons${share}`, sequence);
+  put('fold-note', `Frame ${sequence}${pixel ? ', pixel ' + pixel : ''}: ${in_words(status)}, ${whole(all)} photons${share}`, sequence);
 }
 
 function sum_of(list) { return list.reduce((sum, value) => sum + value, 0); }

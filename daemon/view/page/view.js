@@ -39,9 +39,11 @@ function paint(id, kind) {
 
 // ---- what the server sends
 
+const pixel_argument = () => (field.pixel ? '&pixel=' + encodeURIComponent(field.pixel) : '');
+
 function listen() {
   if (stream) stream.close();
-  stream = new EventSource(`events?seconds=${shown.seconds}${photons.on ? '&fold=1' : ''}`);
+  stream = new EventSource(`events?seconds=${shown.seconds}${photons.on ? '&fold=1' : ''}${pixel_argument()}`);
   const on = (name, take) => stream.addEventListener(name, (event) => {
     let message;
     try { message = JSON.parse(event.data); } catch (error) { return; }
@@ -55,6 +57,8 @@ function listen() {
   on('past', take_past);
   on('frame', take_frame);
   on('fold', take_fold);
+  on('layout', take_layout);
+  on('picture', take_picture);
   stream.onerror = () => set_gone(true);
   stream.onopen = () => set_gone(false);
 }
@@ -332,6 +336,7 @@ function draw_picture() {
     show_frame(frame);
     show_values();
   }
+  if (field.is_new && !shown.paused) draw_field();
   sing();
   if (draw_charts()) schedule();
 }
@@ -373,6 +378,7 @@ function sing() {
 function keep_in_address() {
   const address = new URLSearchParams({seconds: shown.seconds});
   if (photons.on) address.set('photons', '1');
+  if (field.pixel) address.set('pixel', field.pixel);
   if (document.body.classList.contains('aligning')) address.set('align', '1');
   history.replaceState(null, '', '#' + address);
 }
@@ -421,7 +427,7 @@ function table() {
 // The frames themselves, as long as the server keeps them, and otherwise the means of the charts.
 async function save_table() {
   const [from, to] = date_window();
-  const answer = await fetch(`frames.csv?from=${(from / 1e3).toFixed(3)}&to=${(to / 1e3).toFixed(3)}`).catch(() => null);
+  const answer = await fetch(`frames.csv?from=${(from / 1e3).toFixed(3)}&to=${(to / 1e3).toFixed(3)}${pixel_argument()}`).catch(() => null);
   const has_frames = answer !== null && answer.status === 200;
   const text = has_frames ? await answer.text() : table();
   const link = document.createElement('a');
@@ -438,11 +444,13 @@ function set_theme(name) {
   for (const colour of [...SERIES, ...STATUSES, 'reference', 'line', 'muted']) palette[colour] = style.getPropertyValue('--' + colour).trim();
   mark(true);
   draw_photons();
+  draw_field();
 }
 
 function toggle_aligning() {
   const on = document.body.classList.toggle('aligning');
   at('bigger').setAttribute('aria-pressed', String(on));
+  draw_field();
   keep_in_address();
 }
 
@@ -473,8 +481,10 @@ function start() {
   at('theme').addEventListener('click', () =>
     set_theme(document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark'));
   start_photons();
+  start_field();
   document.addEventListener('keydown', on_key);
   const address = new URLSearchParams(location.hash.slice(1));
+  field.pixel = address.get('pixel') || '';
   if (address.get('photons') === '1') open_photons();
   if (address.get('align') === '1') toggle_aligning();
   const seconds = Number(address.get('seconds'));

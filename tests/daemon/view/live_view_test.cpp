@@ -11,6 +11,7 @@
 
 #include "protocol/frame_columns.hpp"
 #include "protocol/json_value.hpp"
+#include "protocol/scene_json.hpp"
 #include "protocol/status_json.hpp"
 #include "tests/support/held_clock.hpp"
 #include "tests/support/sanitized.hpp"
@@ -233,6 +234,144 @@ TEST(LiveView, PicturesOfThePhotonsGoToThoseWhoWantThemAndAreForgotten) {
   LiveView::Cursor next = LiveView::cursor(10);
   next.wants_fold = true;
   EXPECT_THAT(view.news(next), Not(HasSubstr("event: fold")));
+}
+
+// ---- several pixels
+
+// Of the pixels a and b, each with this distance, b a metre farther.
+SceneMessage two_pixels_at(double timestamp_s, double distance_m) {
+  SceneMessage scene;
+  scene.whole = frame_at(timestamp_s, 0);
+  scene.whole.distance_m.reset();
+  scene.whole.photons.reset();
+  for (const char* name : {"a", "b"}) {
+    FrameMessage frame = frame_at(timestamp_s, distance_m + (*name == 'b' ? 1 : 0));
+    scene.pixels.push_back({name, {}, {}, frame});
+  }
+  return scene;
+}
+
+FrameMessage frame_of_pixel(const SceneMessage& scene, std::size_t index) {
+  FrameMessage frame = scene.pixels[index].frame;
+  frame.pixel = scene.pixels[index].name;
+  return frame;
+}
+
+// The means of the distance in the bins.
+std::vector<double> distances_in(const json& bins) {
+  std::vector<double> distances;
+  for (const json& row : bins["rows"]) {
+    const json& reach = row[4];
+    distances.push_back(reach.size() == 3 ? reach[1].get<double>() : -1);
+  }
+  return distances;
+}
+
+bool has_count_rate(const json& row) {
+  return row[4 + static_cast<int>(Series::count_rate)].is_array();
+}
+
+TEST(LiveView, AViewerGetsThePictureOfAllPixelsAndTheTrackOfItsOwn) {
+  const HeldClock clock;
+  LiveView view("ipc://x", clock);
+  LiveView::Cursor plain = LiveView::cursor(10);
+  view.take("scene", to_json(two_pixels_at(1000, 20)));
+  view.take("scene", to_json(two_pixels_at(1000.05, 21)));
+  const std::string first = view.news(plain);
+  EXPECT_EQ(data_of(first, "layout")["pixel"], json({"a", "b"}));
+  EXPECT_EQ(data_of(first, "picture")["distance_m"], json({21, 22}));
+  EXPECT_EQ(data_of(first, "frame"), nullptr);
+  EXPECT_TRUE(data_of(first, "bins")["rows"].empty());
+  EXPECT_THAT(view.looked_at(), IsEmpty());
+
+  // It chooses b, and sees its past at once.
+  LiveView::Cursor chosen = LiveView::cursor(10);
+  view.look_at("b", chosen);
+  EXPECT_THAT(view.looked_at(), testing::ElementsAre("b"));
+  const std::string second = view.news(chosen);
+  EXPECT_EQ(distances_in(data_of(second, "bins")), std::vector<double>({21, 22}));
+  EXPECT_EQ(data_of(second, "frame")["distance_m"], 22);
+  EXPECT_EQ(data_of(second, "frame")["pixel"], "b");
+  EXPECT_EQ(data_of(second, "past")["valid"]["distance_m"], 22);
+  EXPECT_FALSE(view.has_news(chosen));
+
+  // The layout stays, and comes no more.
+  const SceneMessage third = two_pixels_at(1000.1, 22);
+  view.take("scene", to_json(third));
+  view.take("frame/b", to_json(frame_of_pixel(third, 1)));
+  const std::string more = view.news(chosen);
+  EXPECT_THAT(more, Not(HasSubstr("event: layout")));
+  EXPECT_EQ(data_of(more, "picture")["distance_m"], json({22, 23}));
+  EXPECT_EQ(data_of(more, "frame")["photons"], 1000);
+  chosen = LiveView::cursor(10);
+  EXPECT_THAT(view.looked_at(), IsEmpty());
+}
+
+// The pixel's own message has more values than the scene, and may be lost.
+TEST(LiveView, EachFrameOfAPixelCountsOnceFromItsOwnMessageOrFromTheScene) {
+  const HeldClock clock;
+  LiveView view("ipc://x", clock);
+  LiveView::Cursor cursor = LiveView::cursor(10);
+  view.look_at("a", cursor);
+  for (int i = 0; i < 4; ++i) {
+    const SceneMessage scene = two_pixels_at(1000 + 0.05 * i, 20 + i);
+    view.take("scene", to_json(scene));
+    if (i != 1) view.take("frame/a", to_json(frame_of_pixel(scene, 0)));
+    view.take("frame/ab", to_json(frame_at(1000, 99)));  // begins as the topic does
+  }
+  const json rows = data_of(view.news(cursor), "bins")["rows"];
+  EXPECT_EQ(distances_in({{"rows", rows}}), std::vector<double>({20, 21, 22, 23}));
+  ASSERT_EQ(rows.size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(rows[i][1], 1) << i;
+    EXPECT_EQ(has_count_rate(rows[i]), i != 1) << i;
+  }
+}
+
+TEST(LiveView, ADaemonMayComeBackWithOnePixelAndWithSeveralAgain) {
+  const HeldClock clock;
+  LiveView view("ipc://x", clock);
+  LiveView::Cursor cursor = LiveView::cursor(10);
+  view.look_at("a", cursor);
+  view.take("scene", to_json(two_pixels_at(1000, 20)));
+  view.take("scene", to_json(two_pixels_at(1000.05, 20)));
+  view.news(cursor);
+  view.take("frame", to_json(frame_at(1001, 10)));
+  const std::string one = view.news(cursor);
+  EXPECT_THAT(one, HasSubstr("event: layout\ndata: null\n\n"));
+  EXPECT_EQ(data_of(one, "bins")["anew"], true);
+  EXPECT_EQ(distances_in(data_of(one, "bins")), std::vector<double>({10}));
+  EXPECT_EQ(data_of(one, "frame")["distance_m"], 10);
+  view.take("scene", to_json(two_pixels_at(1002, 30)));
+  const std::string several = view.news(cursor);
+  EXPECT_EQ(data_of(several, "layout")["pixel"], json({"a", "b"}));
+  EXPECT_EQ(data_of(several, "bins")["anew"], true);
+  // Who has chosen none does not get the one pixel's old values.
+  LiveView::Cursor plain = LiveView::cursor(10);
+  EXPECT_EQ(data_of(view.news(plain), "frame"), nullptr);
+}
+
+TEST(LiveView, GivesTheFramesOfAPixelAsATable) {
+  const HeldClock clock;
+  LiveView view("ipc://x", clock);
+  view.take("scene", to_json(two_pixels_at(1000, 20)));
+  const std::string csv = view.frames_csv("b", 999, 1001).value_or("");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 2);
+  EXPECT_THAT(csv, AllOf(HasSubstr(",21,"), Not(HasSubstr(",20,"))));
+}
+
+TEST(LiveView, CountsScenesThatItCannotRead) {
+  const HeldClock clock;
+  LiveView view("ipc://x", clock);
+  LiveView::Cursor cursor = LiveView::cursor(10);
+  view.look_at("a", cursor);
+  view.take("scene", "{");
+  view.take("scene", std::string(1U << 21U, ' '));
+  view.take("frame/a", "[]");
+  view.take("frame/b", "[]");  // of nobody
+  EXPECT_EQ(view.unread(), 3U);
+  for (int i = 0; i < 1000; ++i) view.look_at("x" + std::to_string(i), cursor);
+  EXPECT_EQ(view.looked_at().size(), 1U);
 }
 
 }  // namespace

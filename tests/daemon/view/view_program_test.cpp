@@ -110,8 +110,8 @@ TEST_F(ViewProgram, ServesThePageItsFilesAndNothingElse) {
                     HasSubstr("Content-Security-Policy: default-src 'none'; script-src 'self'"),
                     HasSubstr("frame-ancestors 'none'"), HasSubstr("nosniff"),
                     HasSubstr("Content-Type: text/html")));
-  for (const char* file :
-       {"/view.js", "/numbers.js", "/charts.js", "/photons.js", "/view.css", "/icon.svg"}) {
+  for (const char* file : {"/view.js", "/numbers.js", "/charts.js", "/photons.js", "/field.js",
+                           "/view.css", "/icon.svg"}) {
     EXPECT_THAT(answer(request(file)), AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("gzip")))
         << file;
   }
@@ -125,13 +125,13 @@ TEST_F(ViewProgram, ServesThePageItsFilesAndNothingElse) {
 TEST_F(ViewProgram, TheWholePageIsSmallerThan50KilobytesAndLoadsNothingFromElsewhere) {
   start_view();
   std::size_t bytes = 0;
-  for (const char* file :
-       {"/", "/view.js", "/numbers.js", "/charts.js", "/photons.js", "/view.css", "/icon.svg"}) {
+  for (const char* file : {"/", "/view.js", "/numbers.js", "/charts.js", "/photons.js", "/field.js",
+                           "/view.css", "/icon.svg"}) {
     bytes += answer(request(file)).size();
   }
   EXPECT_LT(bytes, 50'000u);
   for (const char* file :
-       {"index.html", "view.js", "numbers.js", "charts.js", "photons.js", "view.css"}) {
+       {"index.html", "view.js", "numbers.js", "charts.js", "photons.js", "field.js", "view.css"}) {
     const std::string text =
         test::file_text(SPLID_SOURCE_DIR "/daemon/view/page/" + std::string(file));
     ASSERT_FALSE(text.empty());
