@@ -65,8 +65,9 @@ class Tags16Stream {
 
   // Of this stream alone.
   [[nodiscard]] const Tags16Counts& counts() const { return decoder_.counts(); }
-  // As Tags16Decoder::reached_ps().
+  // As Tags16Decoder::reached_ps() and notice().
   [[nodiscard]] std::int64_t reached_ps() const { return decoder_.reached_ps(); }
+  [[nodiscard]] Notice notice() const { return decoder_.notice(); }
 
  private:
   void note(std::uint64_t bytes);

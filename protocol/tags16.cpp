@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <utility>
 
 #include "protocol/saturated.hpp"
 
@@ -13,9 +14,6 @@ constexpr std::array<std::byte, 4> tags16_magic = {std::byte{'S'}, std::byte{'P'
                                                    std::byte{'B'}};
 constexpr std::uint16_t tags16_version = 1;
 
-// Blocks may overlap by as much as streams may be unsorted.
-constexpr std::int64_t max_disorder_ps = 1'000'000;
-
 // Design note: rule 1 has a block every 10 ms, so 10 s are a thousand times what a block covers or
 // skips. Of 20 bytes at random, taken for a header's times, one in 10^12 is as near as that.
 constexpr std::int64_t far_ps = 10'000'000'000'000;
@@ -24,13 +22,6 @@ constexpr std::int64_t far_ps = 10'000'000'000'000;
 // overflow.
 constexpr std::int64_t near_ps = 1'000'000'000;
 constexpr int most_outside_in_row = 16;
-
-// The types of a record.
-constexpr std::uint64_t type_tag = 0;
-constexpr std::uint64_t type_time_base_broken = 1;
-constexpr std::uint64_t type_overflow_begin = 2;
-constexpr std::uint64_t type_overflow_end = 3;
-constexpr std::uint64_t type_missed = 4;
 
 template <class Number>
 Number little_endian(const std::byte* bytes) {
@@ -75,21 +66,23 @@ std::int32_t missed_of(std::uint64_t head) {
 }
 std::uint32_t channel_of(std::uint64_t head) { return static_cast<std::uint32_t>(head >> 32U); }
 
-// The last 8 bytes of a photon tag: all but its time.
-struct Photon {
-  std::uint32_t channel = 0;
+// The last 8 bytes of a tag: all but its time.
+struct Meaning {
+  std::uint32_t value = 0;
   std::uint32_t kind_and_reserved = 0;
 };
 
-// Writes a tag by two stores of 8 bytes. The assignment of a Tag is six times as slow: the compiler
-// makes the tag on the stack and waits to read it back.
-void put_photon(std::uint64_t time, std::uint32_t channel, Tag& tag) {
+// Writes a photon or a sync by two stores of 8 bytes. The assignment of a Tag is six times as slow:
+// the compiler makes the tag on the stack and waits to read it back.
+void put_event(std::uint64_t time, std::uint32_t channel, bool is_sync, Tag& tag) {
   static_assert(offsetof(Tag, time_ps) == 0 && offsetof(Tag, value) == sizeof time);
-  static_assert(static_cast<int>(TagKind::photon) == 0 && sizeof(Photon) == 8);
-  const Photon photon{channel, 0};
+  static_assert(static_cast<int>(TagKind::photon) == 0 && static_cast<int>(TagKind::sync) == 1);
+  static_assert(std::endian::native != std::endian::little || offsetof(Tag, kind) == 12);
+  constexpr std::uint32_t sync = std::endian::native == std::endian::little ? 1 : 1U << 24U;
+  const Meaning meaning{is_sync ? 0 : channel, is_sync ? sync : 0};
   auto* bytes = reinterpret_cast<std::byte*>(&tag);
   std::memcpy(bytes, &time, sizeof time);
-  std::memcpy(bytes + sizeof time, &photon, sizeof photon);
+  std::memcpy(bytes + sizeof time, &meaning, sizeof meaning);
 }
 
 }  // namespace
@@ -128,6 +121,7 @@ Tags16Decoder::Progress Tags16Decoder::decode(std::span<const std::byte> bytes,
 void Tags16Decoder::cut() {
   counts_.skipped_bytes += held_bytes_;
   held_bytes_ = 0;
+  coming_bytes_ = 0;
   if (in_block_) damaged();
   doubted_ = true;
   fresh_ = true;
@@ -224,7 +218,7 @@ bool Tags16Decoder::is_doubtful(const Header& header) const {
   if (!begun_ || fresh_) return false;
   const bool follows = !doubted_ && header.sequence == next_sequence_;
   const std::int64_t ahead_ps = saturated_difference(header.begin_ps, reached_ps_);
-  return ahead_ps > far_ps || (ahead_ps < -max_disorder_ps && !follows);
+  return ahead_ps > far_ps || (ahead_ps < -tags16::max_disorder_ps && !follows);
 }
 
 Tags16Decoder::Verdict Tags16Decoder::judge_what_follows(const Header& header) const {
@@ -234,7 +228,7 @@ Tags16Decoder::Verdict Tags16Decoder::judge_what_follows(const Header& header) c
     if (after.size() < header_bytes) return Verdict::more;
     const Header next(after.data());
     const std::int64_t gap_ps = saturated_difference(next.begin_ps, header.end_ps);
-    const bool goes_on = next.can_be() && gap_ps >= -max_disorder_ps && gap_ps <= far_ps;
+    const bool goes_on = next.can_be() && gap_ps >= -tags16::max_disorder_ps && gap_ps <= far_ps;
     return goes_on ? Verdict::credible : Verdict::none;
   }
   const std::size_t records = std::min<std::size_t>(header.count, probe_records);
@@ -243,7 +237,8 @@ Tags16Decoder::Verdict Tags16Decoder::judge_what_follows(const Header& header) c
     const std::byte* record = &after[i * tag_bytes];
     const std::int64_t time_ps = time_at(record + 8);
     const bool is_inside = time_ps >= header.begin_ps && time_ps <= header.end_ps;
-    if (std::to_integer<unsigned>(record[0]) > type_missed || !is_inside) return Verdict::none;
+    if (std::to_integer<unsigned>(record[0]) > tags16::type_text || !is_inside)
+      return Verdict::none;
   }
   return Verdict::credible;
 }
@@ -266,9 +261,11 @@ void Tags16Decoder::follow(std::uint32_t sequence) {
   const bool followed = !doubted_ && gap == 0;
   // A sequence number steps back where a sender began anew.
   if (begun_ && gap < (1U << 31U)) counts_.lost_blocks += gap;
-  doubted_ = fresh_ = false;
+  fresh_ = false;
+  doubted_ = end_ps_ == tags16::no_time_ps && !followed;  // the next block with a time tells a loss
+  if (end_ps_ == tags16::no_time_ps) return;
   if (begun_) {
-    if (saturated_difference(reached_ps_, begin_ps_) > max_disorder_ps) {
+    if (saturated_difference(reached_ps_, begin_ps_) > tags16::max_disorder_ps) {
       wait({begin_ps_, 0, TagKind::clock_break, {}});
     } else if (!followed || begin_ps_ > reached_ps_) {
       wait({reached_ps_, 0, TagKind::loss_begin, {}});
@@ -303,7 +300,8 @@ bool Tags16Decoder::read_tags(Input& in, Output& out) {
   return true;
 }
 
-// The hot loop: takes tags up to the first record that is no tag, or lies outside its block.
+// The hot loop: takes photons and syncs up to the first record of another type, or outside its
+// block.
 void Tags16Decoder::read_run(Input& in, Output& out) {
   const std::size_t most =
       std::min({std::size_t{tags_left_}, in.left.size() / tag_bytes, out.room.size()});
@@ -315,8 +313,9 @@ void Tags16Decoder::read_run(Input& in, Output& out) {
   for (; count < most; ++count, record += tag_bytes) {
     const auto head = little_endian<std::uint64_t>(record);
     const auto time = little_endian<std::uint64_t>(record + 8);
-    if (type_of(head) != type_tag || time - begin > length) break;
-    put_photon(time, channel_of(head), tags[count]);
+    const bool is_sync = type_of(head) == tags16::type_sync;
+    if ((type_of(head) != tags16::type_tag && !is_sync) || time - begin > length) break;
+    put_event(time, channel_of(head), is_sync, tags[count]);
   }
   if (count > 0) {
     reached_ps_ = tags[count - 1].time_ps;
@@ -338,38 +337,65 @@ bool Tags16Decoder::read_special(const std::byte* record, Output& out) {
                        saturated_difference(record_ps, end_ps_) <= near_ps;
   std::uint64_t type = type_of(head);
   outside_in_row_ = inside ? 0 : outside_in_row_ + 1;
-  if (type > type_missed || outside_in_row_ == most_outside_in_row) {
+  if (type > tags16::type_text || outside_in_row_ == most_outside_in_row) {
     damaged();
     return false;
   }
-  if (!is_near) type = type_tag;  // its content does not belong to this block
+  if (!is_near) type = tags16::type_tag;  // its content does not belong to this block
+  const std::uint32_t markers = channel_of(head);
+  if (type == tags16::type_markers && (!inside || markers < 1 || markers > 15))
+    type = tags16::type_tag;
   switch (type) {
-    case type_tag:
+    case tags16::type_tag:
+    case tags16::type_sync:
       ++counts_.outside_tags;
       out.put({time_ps, 1, TagKind::missed, {}});
       break;
-    case type_time_base_broken:
+    case tags16::type_time_base_broken:
       out.put({time_ps, 0, TagKind::clock_break, {}});
       break;
-    case type_overflow_begin:
+    case tags16::type_overflow_begin:
       counted_overflow_ = false;
       out.put({time_ps, 0, TagKind::loss_begin, {}});
       break;
-    case type_overflow_end:
+    case tags16::type_overflow_end:
       // Where the sender knows the count, records of missed events have told it.
       out.put({time_ps, counted_overflow_ ? 0 : -1, TagKind::loss_end, {}});
+      break;
+    case tags16::type_markers:
+      out.put(marker_tag(time_ps, static_cast<int>(markers)));
+      break;
+    case tags16::type_text:
+      read_text(record);
       break;
     default:
       counted_overflow_ = true;
       out.put({time_ps, missed_of(head), TagKind::missed, {}});
   }
-  reached_ps_ = time_ps;
+  if (time_ps != tags16::no_time_ps) reached_ps_ = time_ps;
   --tags_left_;
   return true;
 }
 
+// A sentence ends with the first record that has a NUL in its text.
+void Tags16Decoder::read_text(const std::byte* record) {
+  const auto* text = reinterpret_cast<const char*>(record + 2);
+  const std::size_t bytes = ::strnlen(text, tags16::text_bytes_a_record);
+  const std::size_t taken = std::min(bytes, coming_.size() - coming_bytes_);
+  std::copy_n(text, taken, coming_.begin() + coming_bytes_);
+  coming_bytes_ += taken;
+  if (bytes == tags16::text_bytes_a_record) return;
+  text_ = coming_;
+  said_ = std::exchange(coming_bytes_, 0);
+  const auto kind = std::to_integer<std::uint8_t>(record[1]);
+  notice_kind_ =
+      static_cast<NoticeKind>(std::min(kind, static_cast<std::uint8_t>(NoticeKind::event)));
+  ++notices_;
+}
+
 void Tags16Decoder::damaged() {
   ++counts_.damaged_blocks;
+  coming_bytes_ = 0;
   in_block_ = false;
   doubted_ = true;
 }
@@ -377,6 +403,7 @@ void Tags16Decoder::damaged() {
 void Tags16Decoder::end_block() {
   ++counts_.blocks;
   in_block_ = false;
+  if (end_ps_ == tags16::no_time_ps) return;
   reached_ps_ = end_ps_;
   wait(heartbeat_tag(end_ps_));
 }

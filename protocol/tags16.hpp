@@ -3,7 +3,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
+#include <string_view>
 
 #include "protocol/tag.hpp"
 
@@ -19,10 +21,48 @@ struct Tags16Counts {
   std::uint64_t skipped_bytes = 0;   // that belong to no block
 };
 
+// The types of a record, in its first byte.
+namespace tags16 {
+inline constexpr std::uint64_t type_tag = 0;
+inline constexpr std::uint64_t type_time_base_broken = 1;
+inline constexpr std::uint64_t type_overflow_begin = 2;
+inline constexpr std::uint64_t type_overflow_end = 3;
+inline constexpr std::uint64_t type_missed = 4;
+inline constexpr std::uint64_t type_sync = 5;
+inline constexpr std::uint64_t type_markers = 6;
+inline constexpr std::uint64_t type_text = 7;
+
+// Where a block begins and ends, and the time of its records, while no time is known yet: such a
+// block has sentences alone, or is a sign of life.
+inline constexpr std::int64_t no_time_ps = std::numeric_limits<std::int64_t>::min();
+// Blocks may overlap by as much as streams may be unsorted.
+inline constexpr std::int64_t max_disorder_ps = 1'000'000;
+// How much of a sentence one record of type_text holds.
+inline constexpr std::size_t text_bytes_a_record = 6;
+// A sentence that is longer is cut.
+inline constexpr std::size_t max_text_bytes = 252;
+}  // namespace tags16
+
+// How a sentence about the instrument is meant; the second byte of its records.
+enum class NoticeKind : std::uint8_t {
+  caution,  // the instrument is there; the sentence holds until the next; empty: all is well
+  absent,   // it is not there: unplugged, switched off, in use by another program
+  failing,  // it is there and does not do what it should
+  event,    // something that is over; what held before still holds
+};
+
+// What a sender last said of its instrument.
+struct Notice {
+  std::uint64_t number = 0;  // counts the sentences that came; 0: none did
+  NoticeKind kind = NoticeKind::caution;
+  std::string_view text;  // bytes of a stranger, of whatever encoding
+};
+
 // Turns tags16 blocks (docs/reference/tags16.md) into tags, from bytes however they are cut:
 //
-//  - a tag is a photon tag whose value is the channel, negative for a falling edge;
-//  - the end of a block is a heartbeat;
+//  - a tag is a photon tag whose value is the channel, negative for a falling edge; syncs and
+//    markers have records of their own;
+//  - the end of a block is a heartbeat, but for a block without a time;
 //  - a broken time base, and a block that begins more than 1 us before the end of the one before,
 //    is a clock_break;
 //  - an overflow is a loss, missed events are `missed`, as is a tag outside its block;
@@ -60,6 +100,8 @@ class Tags16Decoder {
   void cut();
 
   [[nodiscard]] const Tags16Counts& counts() const { return counts_; }
+  // The text is valid until the next decode().
+  [[nodiscard]] Notice notice() const { return {notices_, notice_kind_, {text_.data(), said_}}; }
   // The time up to which the blocks so far told of all tags, in the tagger's clock; 0 before the
   // first block.
   [[nodiscard]] std::int64_t reached_ps() const { return reached_ps_; }
@@ -85,6 +127,7 @@ class Tags16Decoder {
   bool read_tags(Input& in, Output& out);
   void read_run(Input& in, Output& out);
   bool read_special(const std::byte* record, Output& out);
+  void read_text(const std::byte* record);
   bool hold(Input& in, std::size_t bytes);
   void damaged();
   void end_block();
@@ -101,7 +144,7 @@ class Tags16Decoder {
   std::int64_t begin_ps_ = 0;
   std::int64_t end_ps_ = 0;
 
-  bool begun_ = false;   // a block has come
+  bool begun_ = false;   // a block with a time has come
   bool doubted_ = true;  // bytes are missing since the last block
   bool fresh_ = true;    // nothing has come since the beginning, or since cut()
   int outside_in_row_ = 0;
@@ -109,6 +152,13 @@ class Tags16Decoder {
   std::uint32_t next_sequence_ = 0;
   std::int64_t reached_ps_ = 0;
   Tags16Counts counts_;
+
+  std::array<char, tags16::max_text_bytes> coming_{};  // of the sentence that is coming
+  std::size_t coming_bytes_ = 0;
+  std::array<char, tags16::max_text_bytes> text_{};  // of the last whole sentence
+  std::size_t said_ = 0;
+  NoticeKind notice_kind_ = NoticeKind::caution;
+  std::uint64_t notices_ = 0;
 };
 
 }  // namespace splid

@@ -5,6 +5,8 @@
 #include <thread>
 #include <utility>
 
+#include "protocol/shown_text.hpp"
+
 namespace splid {
 namespace {
 
@@ -73,9 +75,10 @@ void BridgeSource::connect(TagSink& sink, const std::stop_token& stop) {
   sleep(pause_, sink, stop);
   pause_ = std::clamp(2 * pause_, shortest_pause, longest_pause);
   if (!socket_.connect(stop)) {
-    if (!stop.stop_requested()) report(DeviceState::no_device, socket_.failure());
+    if (!stop.stop_requested()) report({DeviceState::no_device, socket_.failure()});
     return;
   }
+  instrument_ = {};
   connections_.fetch_add(1, std::memory_order_relaxed);
   connected_ = heard_ = block_seen_ = steady_clock::now();
 }
@@ -91,39 +94,65 @@ void BridgeSource::read(TagSink& sink) {
   if (socket_.is_open()) watch_blocks();
   if (socket_.is_open()) return;
   stream_.cut();
-  report(DeviceState::no_device, socket_.failure());
+  report({DeviceState::no_device, socket_.failure()});
 }
 
 void BridgeSource::watch_blocks() {
   const auto now = steady_clock::now();
   const std::string news = news_.since_last(stream_.counts(), now);
-  // Each such damage is new, and is over when it is told, so that the state stays as it was.
+  // Each such damage is new, and is over when it is told.
   if (!news.empty()) {
-    context_.report({DeviceState::connected, socket_.address() + ": " + news});
+    tell(socket_.address() + ": " + news);
   }
+  heed(stream_.notice());
   if (stream_.counts().blocks != blocks_) {
     blocks_ = stream_.counts().blocks;
     block_seen_ = now;
     if (now - connected_ > block_patience) pause_ = milliseconds{0};
-    report(DeviceState::connected, "");
+    report(instrument_);
   } else if (now - heard_ > silence_patience) {
     socket_.end("silent for 3 s; connecting anew");
   } else if (now - block_seen_ > block_patience) {
-    report(DeviceState::failing,
-           socket_.address() +
-               (now - heard_ > block_patience
-                    ? ": connected, but nothing came for a second; a bridge sends a block every "
-                      "10 ms or sooner"
-                    : ": what comes is no tags16 block of version 1; look at "
-                      "docs/reference/tags16.md"));
+    report({DeviceState::failing,
+            socket_.address() +
+                (now - heard_ > block_patience
+                     ? ": connected, but nothing came for a second; a bridge sends a block every "
+                       "10 ms or sooner"
+                     : ": what comes is no tags16 block of version 1; look at "
+                       "docs/reference/tags16.md")});
   }
 }
 
+void BridgeSource::heed(const Notice& notice) {
+  if (notice.number == notices_) return;
+  notices_ = notice.number;
+  const std::string text = shown_text(notice.text, tags16::max_text_bytes);
+  switch (notice.kind) {
+    case NoticeKind::caution:
+      instrument_ = {DeviceState::connected, "", "", text};
+      break;
+    case NoticeKind::absent:
+      instrument_ = {DeviceState::no_device, text};
+      break;
+    case NoticeKind::failing:
+      instrument_ = {DeviceState::failing, text};
+      break;
+    case NoticeKind::event:
+      tell(text);
+  }
+}
+
+// An event is over when it is told: what holds stays, and where it is a fault it is said again.
+void BridgeSource::tell(const std::string& event) {
+  context_.report({instrument_.state, event, "", instrument_.caution});
+  if (instrument_.state != DeviceState::connected) report_.reset();
+}
+
 // Reports changes only, since each report locks and goes to the log.
-void BridgeSource::report(DeviceState state, const std::string& reason) {
-  if (report_ && report_->state == state && report_->reason == reason) return;
-  report_ = DeviceReport{state, reason};
-  context_.report(*report_);
+void BridgeSource::report(const DeviceReport& report) {
+  if (report_ == report) return;
+  report_ = report;
+  context_.report(report);
 }
 
 std::vector<SourceCounter> BridgeSource::counters() const {

@@ -34,8 +34,9 @@ struct BridgeOptions : SourceOptions {
 //
 // It reports no_device, with the reason, while there is no connection; connected at the first
 // block, and whenever blocks are missing or damaged, with what was lost; failing when no whole
-// block came for a second. A connection that is silent for 3 s is given up and made anew, since a
-// machine that lost its power does not close its connections.
+// block came for a second. What the bridge says of its instrument is reported as it was meant. A
+// connection that is silent for 3 s is given up and made anew, since a machine that lost its power
+// does not close its connections.
 //
 // Threads, timeouts: as TagSource. Errors: none from run(); the constructor's as ClientSocket's.
 class BridgeSource : public TagSource {
@@ -52,7 +53,9 @@ class BridgeSource : public TagSource {
   void connect(TagSink& sink, const std::stop_token& stop);
   void read(TagSink& sink);
   void watch_blocks();
-  void report(DeviceState state, const std::string& reason);
+  void heed(const Notice& notice);
+  void tell(const std::string& event);
+  void report(const DeviceReport& report);
 
   SourceContext context_;
   ClientSocket socket_;
@@ -65,6 +68,8 @@ class BridgeSource : public TagSource {
   SteadyTime heard_;                    // time of the last byte, or of the connection's start
   SteadyTime block_seen_;               // time of the last whole block, or of the start
   std::uint64_t blocks_ = 0;            // whole blocks at the time block_seen_
+  std::uint64_t notices_ = 0;           // sentences that were heeded
+  DeviceReport instrument_;             // what the bridge says that holds
   std::optional<DeviceReport> report_;  // the last report that was made
   std::atomic<std::uint64_t> connections_{0};
 };

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <fstream>
 #include <limits>
 #include <random>
@@ -367,6 +368,71 @@ TEST(Tags16, DamagedStreamsAreReadToTheirEnd) {
     EXPECT_EQ(heartbeats, decoder.counts().blocks);
     EXPECT_GE(decoder.counts().blocks, 10U);
   }
+}
+
+TEST(Tags16, SyncsAndMarkersHaveRecordsOfTheirOwn) {
+  EXPECT_THAT(tags_in(block_bytes({0, 0, 10, {{3, 77, 5}, {4, 1, 6}, {5, 15, 6}, {6, 2}}})),
+              ElementsAre(sync_tag(3), marker_tag(4, 1), marker_tag(5, 15), photon_tag(6, 2),
+                          heartbeat_tag(10)));
+}
+
+TEST(Tags16, MarkersWithoutBitsOfTheirOwnAreMissed) {
+  Tags16Decoder decoder;
+  EXPECT_THAT(decode(decoder, block_bytes({0, 0, 10, {{3, 0, 6}, {4, 16, 6}, {5, -1, 6}}})),
+              ElementsAre(missed(3, 1), missed(4, 1), missed(5, 1), heartbeat_tag(10)));
+  EXPECT_EQ(decoder.counts().outside_tags, 3U);
+}
+
+TEST(Tags16, SyncsAndMarkersOutsideTheirBlockAreMissed) {
+  EXPECT_THAT(tags_in(block_bytes({0, 100, 200, {{99, 0, 5}, {201, 1, 6}}})),
+              ElementsAre(missed(100, 1), missed(100, 1), heartbeat_tag(200)));
+}
+
+// A record of text: how it is meant, and six bytes.
+test::Tags16Record text_record(NoticeKind kind, std::string text) {
+  text.resize(6, '\0');
+  std::uint16_t first = 0;
+  std::int32_t rest = 0;
+  std::memcpy(&first, text.data(), sizeof first);
+  std::memcpy(&rest, &text[2], sizeof rest);
+  test::Tags16Record record{5, rest, 7, first};
+  record.reserved = static_cast<std::uint8_t>(kind);
+  return record;
+}
+
+TEST(Tags16, RecordsOfTextAreASentenceAndNoTags) {
+  const auto bytes = block_bytes({0,
+                                  0,
+                                  10,
+                                  {{4, 1},
+                                   text_record(NoticeKind::failing, "its FI"),
+                                   text_record(NoticeKind::failing, "FO was"),
+                                   {5, 2},
+                                   text_record(NoticeKind::failing, "")}});
+  for (std::size_t bytes_at_once = 1; bytes_at_once < 50; ++bytes_at_once) {
+    Tags16Decoder decoder;
+    EXPECT_EQ(decoder.notice().number, 0U);
+    EXPECT_THAT(decode(decoder, bytes, bytes_at_once),
+                ElementsAre(photon_tag(4, 1), photon_tag(5, 2), heartbeat_tag(10)));
+    EXPECT_EQ(decoder.notice().number, 1U);
+    EXPECT_EQ(decoder.notice().kind, NoticeKind::failing);
+    EXPECT_EQ(decoder.notice().text, "its FIFO was");
+  }
+}
+
+TEST(Tags16, ASentenceThatIsTooLongIsCutAndOneThatIsCutOffIsNone) {
+  test::Tags16Block block{0, 0, 10, {}};
+  for (int i = 0; i < 50; ++i) block.records.push_back(text_record(NoticeKind::event, "abcdef"));
+  block.records.push_back(text_record(NoticeKind::event, "end"));
+  block.records.push_back(text_record(NoticeKind::absent, "lost.."));
+  Tags16Decoder decoder;
+  decode(decoder, block_bytes(block));
+  EXPECT_EQ(decoder.notice().text.size(), tags16::max_text_bytes);
+  decoder.cut();
+  decode(decoder, block_bytes({0, 10, 20, {text_record(static_cast<NoticeKind>(9), "new")}}));
+  EXPECT_EQ(decoder.notice().number, 2U);
+  EXPECT_EQ(decoder.notice().text, "new");
+  EXPECT_EQ(decoder.notice().kind, NoticeKind::event);
 }
 
 }  // namespace

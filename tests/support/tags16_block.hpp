@@ -12,6 +12,7 @@ struct Tags16Record {
   std::int32_t channel = 0;
   std::uint8_t type = 0;
   std::uint16_t missed = 0;
+  std::uint8_t reserved = 0;
 };
 
 // A block; members may lie, so that a reader's checks can be tested.
@@ -44,7 +45,7 @@ inline void append_block(const Tags16Block& block, std::vector<std::byte>& bytes
   append_little_endian(block.end_ps, bytes);
   for (const Tags16Record& record : block.records) {
     append_little_endian(record.type, bytes);
-    append_little_endian(std::uint8_t{0}, bytes);
+    append_little_endian(record.reserved, bytes);
     append_little_endian(record.missed, bytes);
     append_little_endian(record.channel, bytes);
     append_little_endian(record.time_ps, bytes);
