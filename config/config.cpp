@@ -48,22 +48,6 @@ Pattern read_pattern(const Config& config, const ReadText& read) {
   }
 }
 
-void read_header(OptionReader& reader, const std::string& file) {
-  reader.need("schema", "add \"schema\":\"splid.config\"");
-  const json* schema = reader.take("schema");
-  if (schema != nullptr && *schema != config_schema_name) {
-    fail(file, "/schema: " + shown(*schema) + " is not \"" + config_schema_name +
-                   "\"; is this a configuration?");
-  }
-  const json* version = reader.take("v");
-  if (version == nullptr) return;
-  const bool is_pair = version->is_array() && version->size() == 2 &&
-                       (*version)[0].is_number_unsigned() && (*version)[1].is_number_unsigned();
-  if (!is_pair || (*version)[0] != config_major_version) {
-    fail(file, "/v: " + shown(*version) + " is not [1, x], the version that this splid reads");
-  }
-}
-
 void check(const std::string& file, const std::string& section,
            const std::optional<OptionFault>& fault) {
   if (fault) fail(file, section + fault->pointer + ": " + fault->what);
@@ -183,7 +167,8 @@ Config config_from_json(const std::string& text, const std::string& file, const 
   config.notes = replace_former_values(document, file);
   if (document.is_object()) take_pixels(config, document, read);
   OptionReader reader(document, file, "");
-  read_header(reader, file);
+  reader.need("schema", "add \"schema\":\"splid.config\"");
+  read_header(reader, file, config_schema_name, config_major_version);
   describe_sections(config, reader);
   reader.finish();
   for (std::string* endpoint :

@@ -275,4 +275,23 @@ void OptionReader::fail(const std::string& pointer, const std::string& what) con
                   what);
 }
 
+void read_header(OptionReader& reader, const std::string& file, const std::string& schema,
+                 int major_version) {
+  const auto refuse = [&file](const std::string& what) {
+    throw Error(Fault::usage, file + ": " + what);
+  };
+  const json* name = reader.take("schema");
+  if (name != nullptr && *name != schema) {
+    refuse("/schema: " + shown(*name) + " is not \"" + schema + "\"; is this a configuration?");
+  }
+  const json* version = reader.take("v");
+  if (version == nullptr) return;
+  const bool is_pair = version->is_array() && version->size() == 2 &&
+                       (*version)[0].is_number_unsigned() && (*version)[1].is_number_unsigned();
+  if (!is_pair || (*version)[0] != major_version) {
+    refuse("/v: " + shown(*version) + " is not [" + std::to_string(major_version) +
+           ", x], the version that this splid reads");
+  }
+}
+
 }  // namespace splid

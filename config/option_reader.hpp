@@ -63,4 +63,10 @@ class OptionReader final : public OptionVisitor {
   std::vector<std::pair<const char*, const char*>> missing_;  // literals: a key, and what to do
 };
 
+// Reads the members "schema" and "v" that a configuration begins with; either may be absent.
+//
+// Errors: Error(Fault::usage) where the first is not `schema`, or the second another major version.
+void read_header(OptionReader& reader, const std::string& file, const std::string& schema,
+                 int major_version);
+
 }  // namespace splid

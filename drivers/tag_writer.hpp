@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "drivers/source.hpp"
@@ -43,5 +44,15 @@ class TagWriter {
   std::span<Tag> room_;
   std::size_t used_ = 0;
 };
+
+// Writes a loss of unknown count at time_ps, where the stream was, and a clock_break: later times
+// do not follow earlier ones.
+inline void put_clock_end(std::int64_t time_ps, TagSink& sink) {
+  TagWriter out(sink);
+  out.put({time_ps, 0, TagKind::loss_begin, {}});
+  out.put({time_ps, -1, TagKind::loss_end, {}});
+  out.put({time_ps, 0, TagKind::clock_break, {}});
+  out.publish();
+}
 
 }  // namespace splid

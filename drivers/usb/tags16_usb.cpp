@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "drivers/tag_writer.hpp"
 #include "drivers/tags16_stream.hpp"
 
 namespace splid::usb {

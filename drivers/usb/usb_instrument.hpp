@@ -48,8 +48,4 @@ class Instrument {
   [[nodiscard]] virtual bool owes_data() const = 0;
 };
 
-// Writes a loss of unknown count at time_ps, where the stream was, and a clock_break: later times
-// do not follow earlier ones.
-void put_clock_end(std::int64_t time_ps, TagSink& sink);
-
 }  // namespace splid::usb

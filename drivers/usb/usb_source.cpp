@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "drivers/tag_writer.hpp"
 #include "drivers/usb/usb_error.hpp"
 #include "drivers/usb/usb_session.hpp"
 
@@ -30,14 +29,6 @@ void Options::describe(OptionVisitor& visitor) {
   visitor.integer("transfers", transfers, 2, 128,
                   "transfers in flight; all together the kernel lends 16 MiB to a system");
   visitor.integer("transfer_kib", transfer_kib, 1, 8192, "length of a transfer, KiB");
-}
-
-void put_clock_end(std::int64_t time_ps, TagSink& sink) {
-  TagWriter out(sink);
-  out.put({time_ps, 0, TagKind::loss_begin, {}});
-  out.put({time_ps, -1, TagKind::loss_end, {}});
-  out.put({time_ps, 0, TagKind::clock_break, {}});
-  out.publish();
 }
 
 Source::Source(InstrumentKind kind, Options options, SourceContext context)

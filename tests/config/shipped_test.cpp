@@ -8,7 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "config/bridge_config.hpp"
 #include "config/config.hpp"
+#include "drivers/bridge/bridge.hpp"
+#include "drivers/picoquant/options.hpp"
 #include "drivers/simulator/array_pixels.hpp"
 #include "drivers/simulator/simulator_options.hpp"
 
@@ -31,12 +34,20 @@ TEST(ShippedConfig, ThereIsOneForEachUse) {
   EXPECT_THAT(shipped(), ::testing::ElementsAre(
                              "ambiguous.json", "array.json", "baseline.json", "demo.json",
                              "dim.json", "encoder.json", "interleaved.json", "m8190a-mrr.json",
-                             "m8195a-swabian.json", "mrr.json", "random.json", "replay.json",
-                             "swabian-bridge.json", "tags16-usb.json", "tdc2.json"));
+                             "m8195a-swabian.json", "mrr.json", "picoquant.json", "random.json",
+                             "replay.json", "swabian-bridge.json", "tags16-usb.json", "tdc2.json"));
 }
 
 TEST(ShippedConfig, AllLoad) {
   for (const std::string& name : shipped()) EXPECT_NO_THROW(load_config(folder + name)) << name;
+}
+
+TEST(ShippedConfig, ABridgeAndItsReaderMeetAtOnePlace) {
+  picoquant::Options options;
+  const std::string listen =
+      load_bridge_config(folder + "bridges/picoquant-bridge.json", "picoquant", options);
+  const Config config = load_config(folder + "picoquant.json");
+  EXPECT_EQ(dynamic_cast<const BridgeOptions&>(*config.source).address, listen);
 }
 
 TEST(ShippedConfig, EachModesOwnHasItsPattern) {

@@ -36,7 +36,7 @@ while read -r line; do
     *'['* | *']'*) fail "the man page's brackets do not match: $line" ;;
   esac
   # "pattern interleaved|random ...": what the first of them takes
-  command=$(echo "$line" | sed -E 's/^([a-z]+)( [a-z]+\|)?.*/\1\2/; s/\|$//')
+  command=$(echo "$line" | sed -E 's/^([a-z]+)( [a-z]+[| ])?.*/\1\2/; s/[| ]$//')
   # shellcheck disable=SC2086
   "$2" $command --help >"$scratch/help"
   for option in $(echo "$line" | grep -oE -e '--[a-z-]+' || true); do

@@ -9,7 +9,8 @@ set -eu
 command -v systemd-analyze >/dev/null || exit 77
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
-unit=$scratch/$(basename "$2")
+# Of a template, one that it makes.
+unit=$scratch/$(basename "$2" | sed 's/@[.]/@picoquant./')
 sed "s|/usr/bin/splid|$3|" "$2" >"$unit"
 
 case "$1" in
