@@ -109,6 +109,7 @@ std::optional<SliceHead> read_slice_head(const std::string& file, const std::str
   const json head = json_value_if_any(line);
   if (!head.is_object() || head.value("key", "") != key) return std::nullopt;
   const SliceHead found{head.value("slice", std::uint64_t{0}),
+                        head.value("frames", std::uint64_t{0}),
                         head.value("rows", std::uint64_t{0})};
   std::error_code unknown;
   const std::uintmax_t bytes = fs::file_size(file, unknown);
@@ -196,9 +197,9 @@ std::optional<std::string> Folder::finished(const Recording& recording,
                                             const std::string& key) const {
   const auto summary = read(recording, summary_of_recording, key);
   std::error_code absent;
-  if (!summary || !summary->contains("line")) return std::nullopt;
+  if (!summary || !summary->contains("lines")) return std::nullopt;
   if (!fs::is_regular_file(table_file(recording), absent)) return std::nullopt;
-  return summary->at("line");
+  return summary->at("lines");
 }
 
 std::string Folder::slice_file(const Recording& recording, std::uint64_t number) const {
@@ -229,13 +230,14 @@ std::string Folder::slice_rows(const Recording& recording, const SliceHead& slic
   return text.substr(line + 1);
 }
 
-void Folder::write_slice(const Recording& recording, const std::string& key, std::uint64_t number,
+void Folder::write_slice(const Recording& recording, const std::string& key, const SliceHead& slice,
                          const std::string& rows) const {
   make_folder(folder_of(recording));
   JsonWriter head;
   head.text("schema", "splid.slice").raw("v", "[1,0]").text("key", key);
-  head.integer("slice", number).integer("rows", rows.size() / frame_row_bytes());
-  write_file(slice_file(recording, number), head.finish() + "\n" + rows);
+  head.integer("slice", slice.number).integer("frames", slice.frames);
+  head.integer("rows", rows.size() / frame_row_bytes());
+  write_file(slice_file(recording, slice.number), head.finish() + "\n" + rows);
 }
 
 std::string Folder::table_file(const Recording& recording) const {

@@ -22,7 +22,8 @@ struct Facts {
 // How far a recording has come.
 struct SliceHead {
   std::uint64_t number = 0;
-  std::uint64_t rows = 0;
+  std::uint64_t frames = 0;
+  std::uint64_t rows = 0;  // of several pixels each frame has as many
 };
 
 // The files in the output folder of a batch. Each is written beside its place and then renamed, so
@@ -30,7 +31,7 @@ struct SliceHead {
 //
 //   batch.json                what the frames are measured by, and the recordings
 //   NAME.h5                   the table of a recording that is finished
-//   summary.csv               a line for each recording
+//   summary.csv               a line for each recording, or for each of its pixels
 //   slices/NAME/              of a recording, until its table is made:
 //     facts.json                what stands beside the frames in the table
 //     000012.slice              frames 12,000 to 12,999, as rows of the table
@@ -38,7 +39,7 @@ struct SliceHead {
 //     end.json                  how many frames the recording has
 //     sha256.json               the recording's checksum
 //     failure.json              why it could not be measured
-//     summary.json              its line of the summary, once the table is made; stays
+//     summary.json              its lines of the summary, once the table is made; stays
 //
 // Each of the files below slices/ but failure.json has a key, which says by what and of what it was
 // made. A file with another key is as good as none.
@@ -68,7 +69,7 @@ class Folder {
                                             const std::string& key) const;
   void write(const Recording& recording, const std::string& file, const Members& members) const;
 
-  // The summary's line of a recording whose table is made; absent where it is not. key: of the
+  // The summary's lines of a recording whose table is made; absent where it is not. key: of the
   // recording; empty: any.
   [[nodiscard]] std::optional<std::string> finished(const Recording& recording,
                                                     const std::string& key) const;
@@ -78,7 +79,8 @@ class Folder {
                                               const std::string& key) const;
   // The rows of one of them. Errors: Error(Fault::device) where it cannot be read any more.
   [[nodiscard]] std::string slice_rows(const Recording& recording, const SliceHead& slice) const;
-  void write_slice(const Recording& recording, const std::string& key, std::uint64_t number,
+  // slice: its number and frames.
+  void write_slice(const Recording& recording, const std::string& key, const SliceHead& slice,
                    const std::string& rows) const;
 
   // Where the finished table of a recording is, and where it is being made.

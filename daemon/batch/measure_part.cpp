@@ -3,12 +3,13 @@
 #include <fmt/core.h>
 #include <pthread.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <set>
 #include <string>
 #include <thread>
 #include <utility>
 
-#include "config/pixel_list.hpp"
 #include "daemon/base/sha256.hpp"
 #include "daemon/recording/recording_facts.hpp"
 #include "daemon/stream/open_source.hpp"
@@ -28,8 +29,12 @@ std::string file_of_part(const Part& part) {
 class SliceWriter {
  public:
   SliceWriter(const Folder& folder, const Recording& recording, const std::string& key,
-              Slicing slicing)
-      : folder_(folder), recording_(recording), key_(key), slicing_(slicing) {}
+              Slicing slicing, std::size_t pixels)
+      : folder_(folder),
+        recording_(recording),
+        key_(key),
+        slicing_(slicing),
+        pixels_(std::max<std::size_t>(1, pixels)) {}
 
   void take(FrameMessage message) {
     const std::uint64_t number = message.sequence / slicing_.frames;
@@ -39,23 +44,27 @@ class SliceWriter {
     message.compute_ms.reset();
     message.latency_ms.reset();
     append_frame_row(message, rows_);
-    if (++frames_ == slicing_.frames) finish();
+    ++taken_;
+    if (taken_ % pixels_ == 0 && frames() == slicing_.frames) finish();
   }
 
   // The slice is whole, or the last of its recording.
   void finish() {
-    if (frames_ > 0) folder_.write_slice(recording_, key_, number_, rows_);
+    if (taken_ > 0) folder_.write_slice(recording_, key_, {number_, frames()}, rows_);
     rows_.clear();
-    frames_ = 0;
+    taken_ = 0;
   }
 
  private:
+  [[nodiscard]] std::uint64_t frames() const { return taken_ / pixels_; }
+
   const Folder& folder_;
   const Recording& recording_;
   const std::string& key_;
   Slicing slicing_;
   std::uint64_t number_ = 0;
-  std::uint64_t frames_ = 0;  // in rows_
+  std::uint64_t pixels_;     // each has a row of each frame
+  std::uint64_t taken_ = 0;  // rows
   std::string rows_;
 };
 
@@ -67,7 +76,6 @@ Meter::Meter(Config config, std::int64_t jobs, Slicing slicing)
       pipeline_(config_.pipeline),
       jobs_(config_.estimator.tracked ? pipeline_.estimation_threads : jobs),
       slicing_(config_.estimator.tracked ? Slicing::whole() : slicing) {
-  require_one_pixel(config_, "splid batch");
   const recording::TableFacts facts = recording::table_facts(config_, "");
   facts_ = {facts.program, facts.config_json, facts.pattern_json, slicing_.frames};
 }
@@ -126,12 +134,12 @@ bool Meter::measure_slices(const Recording& recording, const Part& part, const F
                            const std::stop_token& stop) {
   std::set<std::uint64_t> measured;
   for (const SliceHead& slice : folder.slices(recording, key)) {
-    if (slice.rows == slicing_.frames) measured.insert(slice.number);
+    if (slice.frames == slicing_.frames) measured.insert(slice.number);
   }
   const RecordingReader reader(recording.file, [](const std::string&) {});
   SliceChoice choice(slicing_, recording.bytes, part, std::move(measured),
                      reader.decoder().record_bytes());
-  SliceWriter writer(folder, recording, key, slicing_);
+  SliceWriter writer(folder, recording, key, slicing_, config_.pixels.size());
   std::uint64_t frames = 0;
   bool stopped = false;
   config_.pipeline.estimation_threads = jobs_;

@@ -16,7 +16,7 @@ class Meter {
  public:
   // config: as it was read; its source is not used. jobs: frames that are estimated at the same
   // time, which changes no bit of them. With estimator.tracked, where it would, as many as the
-  // configuration says. Errors: Error(Fault::usage) where the configuration has several pixels.
+  // configuration says.
   Meter(Config config, std::int64_t jobs, Slicing slicing);
 
   [[nodiscard]] const Facts& facts() const { return facts_; }

@@ -23,7 +23,7 @@ std::string missing_of(const std::vector<SliceHead>& slices,
   std::uint64_t frames = 0;
   for (const SliceHead& slice : slices) {
     if (slice.number != number) break;
-    frames += slice.rows;
+    frames += slice.frames;
     ++number;
   }
   if (number < slices.size()) return fmt::format("slice {} is missing", number);
@@ -53,7 +53,7 @@ std::string make_table(const Folder& folder, const Recording& recording,
     table.write_checksum(checksum);
   }
   folder.keep_table(recording);
-  return summary.line();
+  return summary.lines();
 }
 
 Outcome outcome_of(const Recording& recording, State state) {
@@ -63,9 +63,9 @@ Outcome outcome_of(const Recording& recording, State state) {
   return outcome;
 }
 
-Outcome done(const Recording& recording, const std::string& line) {
+Outcome done(const Recording& recording, const std::string& lines) {
   Outcome outcome = outcome_of(recording, State::done);
-  outcome.line = line;
+  outcome.lines = lines;
   return outcome;
 }
 
@@ -99,10 +99,10 @@ Outcome merge_slices(const Folder& folder, const Recording& recording) {
   const std::vector<SliceHead> slices = folder.slices(recording, key);
   const std::string missing = missing_of(slices, end, checksum.has_value());
   if (!missing.empty()) return not_done(folder, recording, missing);
-  const std::string line = make_table(folder, recording, *facts, slices, checksum->at("sha256"));
-  folder.write(recording, summary_of_recording, {{"key", key}, {"line", line}});
+  const std::string lines = make_table(folder, recording, *facts, slices, checksum->at("sha256"));
+  folder.write(recording, summary_of_recording, {{"key", key}, {"lines", lines}});
   folder.remove_slices(recording);
-  return done(recording, line);
+  return done(recording, lines);
 }
 
 std::string summary_text(const std::vector<Outcome>& outcomes) {
@@ -113,10 +113,13 @@ std::string summary_text(const std::vector<Outcome>& outcomes) {
   for (const Outcome& outcome : outcomes) {
     const bool is_done = outcome.state == State::done;
     const std::string table = is_done ? outcome.recording.name + ".h5" : "";
-    text += quoted_field(outcome.recording.file) + "," + quoted_field(table) + "," +
-            names.at(static_cast<std::size_t>(outcome.state)) + "," +
-            (is_done ? outcome.line : std::string(values, ',')) + "," + quoted_field(outcome.why) +
-            "\n";
+    const std::string begin = quoted_field(outcome.recording.file) + "," + quoted_field(table) +
+                              "," + names.at(static_cast<std::size_t>(outcome.state)) + ",";
+    const std::string lines = is_done ? outcome.lines : std::string(values, ',') + "\n";
+    for (std::string_view rest = lines; !rest.empty();) {
+      text.append(begin).append(take_until(rest, '\n')).append(",");
+      text.append(quoted_field(outcome.why)).append("\n");
+    }
   }
   return text;
 }

@@ -18,15 +18,16 @@ enum class State {
 struct Outcome {
   Recording recording;
   State state = State::unfinished;
-  std::string why;   // a sentence, where it is not done
-  std::string line;  // where it is done: as RecordingSummary::line()
+  std::string why;    // a sentence, where it is not done
+  std::string lines;  // where it is done: as RecordingSummary::lines()
 };
 
 // Makes the table of a recording whose slices are all there, and removes these. Does nothing where
 // the table is made already. Errors: Error(Fault::device) where a file cannot be written or read.
 Outcome merge_slices(const Folder& folder, const Recording& recording);
 
-// The summary of a batch: a line of comma-separated text for each recording, with a head. Has the
+// The summary of a batch: a line of comma-separated text for each recording, of several
+// pixels one for each pixel, with a head. Has the
 // same bytes whoever measured what, and in which order.
 std::string summary_text(const std::vector<Outcome>& outcomes);
 

@@ -17,6 +17,12 @@ const FrameColumn& summed_column(std::string_view name) {
                        [name](const FrameColumn& column) { return column.name == name; });
 }
 
+// A text of a row, without the zeros that fill it up.
+std::string_view text_at(std::string_view row, std::size_t offset, std::size_t bytes) {
+  const std::string_view text = row.substr(offset, bytes);
+  return text.substr(0, text.find('\0'));
+}
+
 // Reads the values that the summary is made of from a row.
 struct SummedColumns {
   std::size_t timestamp = summed_column("timestamp").offset;
@@ -35,8 +41,7 @@ struct SummedColumns {
     return value;
   }
   [[nodiscard]] std::size_t status_of(std::string_view row) const {
-    const std::string_view text = row.substr(status, status_bytes);
-    const std::string_view name = text.substr(0, text.find('\0'));
+    const std::string_view name = text_at(row, status, status_bytes);
     const auto* const found = std::find(frame_status_names.begin(), frame_status_names.end(), name);
     return static_cast<std::size_t>(found - frame_status_names.begin()) % frame_status_names.size();
   }
@@ -53,21 +58,38 @@ std::string median_text(std::vector<double> values) {
 }  // namespace
 
 void RecordingSummary::take(std::string_view rows) {
-  static const SummedColumns columns;
+  static const FrameColumn& column = summed_column("pixel");
   for (; !rows.empty(); rows.remove_prefix(frame_row_bytes())) {
     const std::string_view row = rows.substr(0, frame_row_bytes());
-    last_s_ = SummedColumns::at<double>(row, columns.timestamp);
-    if (frames_++ == 0) first_s_ = last_s_;
-    ++of_status_.at(columns.status_of(row));
-    photons_ += SummedColumns::at<std::int64_t>(row, columns.photons);
-    lost_tags_ += SummedColumns::at<std::int64_t>(row, columns.lost_tags);
-    if (row[columns.valid] == 0) continue;
-    ++valid_;
-    const auto distance_m = SummedColumns::at<double>(row, columns.distance);
-    const auto std_m = SummedColumns::at<double>(row, columns.std_distance);
-    if (std::isfinite(distance_m)) distances_m_.push_back(distance_m);
-    if (std::isfinite(std_m)) stds_m_.push_back(std_m);
+    of_pixel(text_at(row, column.offset, column.bytes)).take(row);
   }
+}
+
+RecordingSummary::OfPixel& RecordingSummary::of_pixel(std::string_view name) {
+  const auto has_name = [name](const OfPixel& pixel) { return pixel.name == name; };
+  if (next_ >= pixels_.size() || !has_name(pixels_[next_])) {
+    const auto found = std::find_if(pixels_.begin(), pixels_.end(), has_name);
+    next_ = static_cast<std::size_t>(found - pixels_.begin());
+    if (found == pixels_.end()) pixels_.emplace_back().name = name;
+  }
+  OfPixel& pixel = pixels_[next_];
+  next_ = (next_ + 1) % pixels_.size();
+  return pixel;
+}
+
+void RecordingSummary::OfPixel::take(std::string_view row) {
+  static const SummedColumns columns;
+  last_s = SummedColumns::at<double>(row, columns.timestamp);
+  if (frames++ == 0) first_s = last_s;
+  ++of_status.at(columns.status_of(row));
+  photons += SummedColumns::at<std::int64_t>(row, columns.photons);
+  lost_tags += SummedColumns::at<std::int64_t>(row, columns.lost_tags);
+  if (row[columns.valid] == 0) return;
+  ++valid;
+  const auto distance_m = SummedColumns::at<double>(row, columns.distance);
+  const auto std_m = SummedColumns::at<double>(row, columns.std_distance);
+  if (std::isfinite(distance_m)) distances_m.push_back(distance_m);
+  if (std::isfinite(std_m)) stds_m.push_back(std_m);
 }
 
 std::string RecordingSummary::columns() {
@@ -77,23 +99,30 @@ std::string RecordingSummary::columns() {
   }
   return names +
          ",photons,lost_tags,first_timestamp,last_timestamp,least_distance_m,median_distance_m,"
-         "largest_distance_m,median_std_distance_m";
+         "largest_distance_m,median_std_distance_m,pixel";
 }
 
-std::string RecordingSummary::line() const {
-  std::string text = std::to_string(frames_) + "," + std::to_string(valid_);
-  for (std::size_t i = 1; i < of_status_.size(); ++i) {
-    text.append(",").append(std::to_string(of_status_.at(i)));
+std::string RecordingSummary::lines() const {
+  if (pixels_.empty()) return OfPixel{}.line();
+  std::string text;
+  for (const OfPixel& pixel : pixels_) text += pixel.line();
+  return text;
+}
+
+std::string RecordingSummary::OfPixel::line() const {
+  std::string text = std::to_string(frames) + "," + std::to_string(valid);
+  for (std::size_t i = 1; i < of_status.size(); ++i) {
+    text.append(",").append(std::to_string(of_status.at(i)));
   }
-  text.append(",").append(std::to_string(photons_));
-  text.append(",").append(std::to_string(lost_tags_));
-  text.append(",").append(frames_ > 0 ? number_text(first_s_) : "");
-  text.append(",").append(frames_ > 0 ? number_text(last_s_) : "");
-  const auto [least, largest] = std::minmax_element(distances_m_.begin(), distances_m_.end());
-  text.append(",").append(distances_m_.empty() ? "" : number_text(*least));
-  text.append(",").append(median_text(distances_m_));
-  text.append(",").append(distances_m_.empty() ? "" : number_text(*largest));
-  return text.append(",").append(median_text(stds_m_));
+  text.append(",").append(std::to_string(photons));
+  text.append(",").append(std::to_string(lost_tags));
+  text.append(",").append(frames > 0 ? number_text(first_s) : "");
+  text.append(",").append(frames > 0 ? number_text(last_s) : "");
+  const auto [least, largest] = std::minmax_element(distances_m.begin(), distances_m.end());
+  text.append(",").append(distances_m.empty() ? "" : number_text(*least));
+  text.append(",").append(median_text(distances_m));
+  text.append(",").append(distances_m.empty() ? "" : number_text(*largest));
+  return text.append(",").append(median_text(stds_m)).append(",").append(name).append("\n");
 }
 
 }  // namespace splid::batch

@@ -15,7 +15,7 @@ SliceChoice::SliceChoice(Slicing slicing, std::uint64_t bytes, Part part,
 
 bool SliceChoice::wants(const Frame& frame) {
   if (frame.sequence % slicing_.frames == 0) begin_slice(frame.sequence / slicing_.frames);
-  const std::uint64_t tags = frame.photons_ps.size() + frame.syncs_ps.size() + frame.markers.size();
+  const std::uint64_t tags = frame.photon_count() + frame.syncs_ps.size() + frame.markers.size();
   const std::uint64_t reached = position() + record_bytes_ * tags;
   // A slice that is in no part would never be measured, so the last byte is as far as they go.
   position_.store(std::min(reached, bytes_ - 1), std::memory_order_relaxed);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -17,6 +18,11 @@ namespace splid::batch {
 struct Slicing {
   // A thousand frames of 50 ms take a second of one core, and 350 kB.
   std::uint64_t frames = 1000;
+
+  // So many rows, but no fewer than 20 frames.
+  static Slicing of_pixels(std::uint64_t pixels) {
+    return {std::max<std::uint64_t>(20, Slicing{}.frames / std::max<std::uint64_t>(1, pixels))};
+  }
 
   // All frames in one slice: with estimator.tracked a frame hangs on the estimates before it.
   static Slicing whole() { return {std::numeric_limits<std::uint64_t>::max()}; }

@@ -201,7 +201,9 @@ int run_batch(const BatchCommand& options) {
   const batch::Shard shard =
       options.shard.empty() ? batch::Shard{} : batch::shard_of(options.shard);
   std::vector<batch::Recording> recordings = batch::find_recordings(options.files);
-  batch::Meter meter(load_config_aloud(options.config), options.jobs, {});
+  Config config = load_config_aloud(options.config);
+  const batch::Slicing slicing = batch::Slicing::of_pixels(config.pixels.size());
+  batch::Meter meter(std::move(config), options.jobs, slicing);
   BatchRun run(std::move(recordings), shard, std::move(meter), batch::Folder(options.output));
   return run.run(signals.token());
 }

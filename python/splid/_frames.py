@@ -81,9 +81,11 @@ class Frames(_Rows):
             return repr(np.asarray(self))
         if len(self) == 0:
             return "<splid.Frames: none>"
-        seconds = float(np.sum(self["duration_ms"])) * 1e-3
+        pixels = len(np.unique(self["pixel"]))
+        seconds = float(np.sum(self["duration_ms"])) * 1e-3 / pixels
         valid = int(np.sum(self["valid"]))
-        return (f"<splid.Frames: {len(self)} frames, {seconds:.6g} s from "
+        of_pixels = f" of {pixels} pixels" if pixels > 1 else ""
+        return (f"<splid.Frames: {len(self)} frames{of_pixels}, {seconds:.6g} s from "
                 f"{self['time'][0].astype('M8[s]')}Z, {valid} valid>")
 
     __str__ = __repr__
@@ -92,7 +94,8 @@ class Frames(_Rows):
 def frames(recording: "Union[Recording, os.PathLike[str], str, npt.NDArray[Any]]",
            config: AnyConfig, *, encoder: "Union[os.PathLike[str], str]" = "",
            start_unix_s: Optional[float] = None) -> Frames:
-    """Measures a recording, or an array of TAG, and returns the table of its frames.
+    """Measures a recording, or an array of TAG, and returns the table of its frames: of several
+    pixels a row for each, named in the column pixel.
 
     Every value is what `splid replay --json` prints, to the last bit, but for compute_ms and
     latency_ms, which are times of this run. Distance (m), velocity (m/s) and their deviations are

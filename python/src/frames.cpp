@@ -4,7 +4,6 @@
 #include <optional>
 #include <vector>
 
-#include "config/pixel_list.hpp"
 #include "daemon/stream/open_source.hpp"
 #include "daemon/study/replay_frames.hpp"
 #include "protocol/error.hpp"
@@ -77,7 +76,6 @@ py::dict frame_units() {
 
 // Measures a source, with the lock released.
 py::array table_of(const Config& config, std::unique_ptr<TagSource> source) {
-  require_one_pixel(config, "the Python module");
   std::string rows;
   Interrupt interrupt;
   try {

@@ -71,6 +71,18 @@ def test_tags_in_memory_give_the_frames_of_their_recording(interleaved):
         assert of_tags[name].tobytes() == table[name].tobytes(), name
 
 
+def test_several_pixels_have_a_row_each(interleaved):
+    recording, config = interleaved
+    alone = splid.frames(recording, config)
+    several = json.loads(config.read_text())
+    several["pattern"]["file"] = str(config.parent / several["pattern"]["file"])
+    several["pixels"] = [{"input": 1, "name": "a"}, {"input": 77, "name": "dark"}]
+    table = splid.frames(recording, several)
+    assert list(table["pixel"]) == ["a", "dark"] * len(alone)
+    assert np.array_equal(table["distance_m"][::2], alone["distance_m"], equal_nan=True)
+    assert not table["valid"][1::2].any()
+
+
 def test_the_frames_of_a_scene_are_near_its_truth(scene):
     played = splid.simulate(scene, 0.4)
     table = splid.frames(played.tags, scene, start_unix_s=played.start_unix_s)

@@ -37,8 +37,8 @@ class BatchFolderTest : public ::testing::Test {
 };
 
 TEST_F(BatchFolderTest, KeepsSlicesAndFindsThemAgain) {
-  output.write_slice(recording, "key", 12, rows(2));
-  output.write_slice(recording, "key", 3, rows(1));
+  output.write_slice(recording, "key", {12, 2}, rows(2));
+  output.write_slice(recording, "key", {3, 1}, rows(1));
   const std::vector<SliceHead> slices = output.slices(recording, "key");
   ASSERT_EQ(slices.size(), 2U);
   EXPECT_EQ(slices[0].number, 3U);
@@ -48,7 +48,7 @@ TEST_F(BatchFolderTest, KeepsSlicesAndFindsThemAgain) {
 }
 
 TEST_F(BatchFolderTest, ASliceOfAnotherKeyOrCutShortIsNone) {
-  output.write_slice(recording, "key", 0, rows(2));
+  output.write_slice(recording, "key", {0, 2}, rows(2));
   EXPECT_TRUE(output.slices(recording, "other").empty());
   const std::string file = folder.path("out/slices/day/a/000000.slice");
   const auto bytes = std::filesystem::file_size(file);

@@ -19,6 +19,7 @@
 #include "protocol/error.hpp"
 #include "protocol/frame_columns.hpp"
 #include "tests/support/error_text.hpp"
+#include "tests/support/field_scene.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -28,6 +29,7 @@ namespace splid::batch {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
 
 const std::string golden_folder = SPLID_SOURCE_DIR "/tests/data/golden/";
 constexpr Slicing few_frames{3};
@@ -116,6 +118,24 @@ TEST_F(BatchOfGolden, TrackedFramesAreThoseOfAReplayToo) {
   EXPECT_EQ(batch(files, made, 7, 3), whole);
 }
 
+// Each frame has a row for each pixel, and the summary a line.
+TEST_F(BatchOfGolden, PixelsAreThoseOfAReplayToo) {
+  const std::vector<std::string> files = {golden_folder + "interleaved.ptu"};
+  const auto made = [] {
+    return test::with_pixels(config("interleaved", false, 2), test::pixels_of(3));
+  };
+  const auto whole = batch(files, made, 1, 1);
+  const std::string rows = rows_of_replay(made(), files[0]);
+  ASSERT_EQ(rows.size(), 3 * 7 * frame_row_bytes());
+  EXPECT_TRUE(whole.at("interleaved").ends_with(rows));
+  EXPECT_THAT(whole.at("summary"), MatchesRegex("[^\n]*,pixel,why\n"
+                                                "[^\n]*,done,7,6,6,0,0,1,[^\n]*,1,\"\"\n"
+                                                "[^\n]*,done,7,0,0,6,0,1,[^\n]*,2,\"\"\n"
+                                                "[^\n]*,done,7,0,0,6,0,1,[^\n]*,3,\"\"\n"));
+  EXPECT_EQ(batch(files, made, 2, 2), whole);
+  EXPECT_EQ(batch(files, made, 7, 1), whole);
+}
+
 TEST_F(BatchOfGolden, SeveralRecordingsGiveATableEach) {
   const test::TempFolder inputs;
   for (const char* name : {"x/a.ptu", "x/b.ptu", "y/a.ptu"}) {
@@ -140,7 +160,7 @@ TEST_F(BatchOfGolden, KeepsTheSlicesThatAreMeasured) {
   std::string marked = folder.slice_rows(recording, folder.slices(recording, key).front());
   marked[frame_row_bytes() - 1] ^= 1;
   folder.remove_slices(recording);
-  folder.write_slice(recording, key, 0, marked);
+  folder.write_slice(recording, key, {0, few_frames.frames}, marked);
   measure(files, meter, {}, folder);
   EXPECT_EQ(merge_folder(folder).front().state, State::done);
   const std::string table = test::file_text(folder.table_file(recording));
@@ -164,7 +184,7 @@ TEST_F(BatchOfGolden, AStopKeepsWholeSlicesAndGoesOnLater) {
   const bool ended =
       meter.measure(recordings[0], all, folder, stop_after_a_slice, stop.get_token());
   EXPECT_FALSE(ended);
-  for (const SliceHead& slice : folder.slices(recordings[0], key)) EXPECT_EQ(slice.rows, 3U);
+  for (const SliceHead& slice : folder.slices(recordings[0], key)) EXPECT_EQ(slice.frames, 3U);
   EXPECT_EQ(merge_slices(folder, recordings[0]).state, State::unfinished);
   EXPECT_TRUE(meter.measure(recordings[0], all, folder, hear_nothing, {}));
   ASSERT_EQ(merge_folder(folder).front().state, State::done);
