@@ -27,7 +27,8 @@ PtuInputs inputs_of(const ChannelOptions& channels) {
     const std::optional<ChannelName> channel = parse_channel(name);
     if (!channel || channel->kind != TagKind::photon) continue;
     if (inputs.channel_of(channel->value)) continue;
-    throw Error(Fault::usage, "/channels: input " + name + " is one more than the " +
+    const std::string place = channels.pixels.empty() ? "/channels" : "/pixels";
+    throw Error(Fault::usage, place + ": input " + name + " is one more than the " +
                                   std::to_string(PtuInputs::channels) +
                                   " that a recording can hold; name fewer, or do not record");
   }
@@ -47,6 +48,8 @@ PtuFacts header_facts(const Config& config, const SourceInfo& source,
   facts.encoder_file = encoder_file.substr(encoder_file.rfind('/') + 1);
   return facts;
 }
+
+void check_inputs(const Config& config) { (void)inputs_of(config.channels); }
 
 TableFacts table_facts(const Config& config, const std::string& recording) {
   return {std::string("splid ") + SPLID_VERSION, config_to_json(config), to_json(config.pattern),

@@ -18,6 +18,9 @@ namespace splid::recording {
 PtuFacts header_facts(const Config& config, const SourceInfo& source,
                       const std::string& encoder_file);
 
+// Errors: as header_facts().
+void check_inputs(const Config& config);
+
 // The facts beside a table of frames. recording: the recording's path; empty: not known yet.
 TableFacts table_facts(const Config& config, const std::string& recording);
 

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "daemon/recording/recording_facts.hpp"
 #include "daemon/security/allow_list.hpp"
 #include "daemon/security/key_file.hpp"
 #include "daemon/service/memory.hpp"
@@ -146,6 +147,9 @@ void check_start(const Config& config) {
   asked_by(config.file, [&] { check_stream(stream_options(config)); });
   check_memory(config);
   check_files(config);
+  if (!config.record.folder.empty()) {
+    refuse_errors(config, "/record/folder", [&] { recording::check_inputs(config); });
+  }
   check_endpoint(config, "/publish/endpoint", config.publish.endpoint);
   check_endpoint(config, "/publish/local_endpoint", config.publish.local_endpoint);
   check_endpoint(config, "/control/endpoint", config.control.endpoint);

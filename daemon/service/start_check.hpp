@@ -9,8 +9,8 @@ namespace splid {
 
 // Finds what would go wrong at every start with this configuration, before anything is opened,
 // bound or made: files that are missing or of another kind, frames that the ring cannot hold, what
-// the estimator refuses, more memory than the machine has, sockets without a folder. `run` begins
-// with this check, and `check` reports it.
+// the estimator refuses, more inputs than a recording holds, more memory than the machine has,
+// sockets without a folder. `run` begins with this check, and `check` reports it.
 //
 // Threads: any. Errors: Error(Fault::usage) naming the file, the JSON pointer, the value and what
 // to do; Error(Fault::device) for an address that this machine does not have now but may have

@@ -288,6 +288,17 @@ TEST_F(Mistakes, FramesAndMemoryThatDoNotFit) {
                  AllOf(HasSubstr("/pipeline"), HasSubstr("MiB, and this machine has")));
 }
 
+TEST_F(Mistakes, MoreInputsThanARecordingHolds) {
+  std::string pixels;
+  for (int i = 1; i <= 65; ++i) {
+    pixels += (i == 1 ? "" : ",") + std::string("{\"input\":") + std::to_string(i) + "}";
+  }
+  expect_lasting(
+      write_config("c.json", R"(,"record":{"folder":"r"},"pixels":[)" + pixels + "]"),
+      AllOf(HasSubstr("c.json: /record/folder: /pixels: input 65 is one more than the 64 that"),
+            HasSubstr("do not record")));
+}
+
 TEST_F(Mistakes, CheckWarnsOfWhatRunWouldBeginWithout) {
   const ProgramResult result =
       run_program({"check", write_config("c.json", R"(,"metrics":{"file":"none/x.prom"},)"
