@@ -176,13 +176,6 @@ PixelList read_pixel_list(const json& value, const std::string& file, const Read
   return list;
 }
 
-void require_one_pixel(const Config& config, const std::string& what) {
-  if (config.pixels.size() <= 1) return;
-  refuse_pixels(config.file + ": /pixels",
-                "has " + std::to_string(config.pixels.size()) + " pixels, and " + what +
-                    " takes one: name its input in channels.photon instead");
-}
-
 std::optional<OptionFault> pixel_list_fault(const Config& config) {
   auto fault = list_fault(config);
   if (fault && !config.pixels_file.empty())

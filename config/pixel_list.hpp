@@ -28,8 +28,4 @@ PixelList read_pixel_list(const nlohmann::json& value, const std::string& file,
 // the configuration.
 std::optional<OptionFault> pixel_list_fault(const Config& config);
 
-// For what measures one pixel alone. what: does so, such as "splid calibrate".
-// Errors: Error(Fault::usage) where the configuration has several.
-void require_one_pixel(const Config& config, const std::string& what);
-
 }  // namespace splid

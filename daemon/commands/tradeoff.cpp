@@ -11,6 +11,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/config.hpp"
@@ -27,6 +28,7 @@
 #include "daemon/commands/output_check.hpp"
 #include "daemon/recording/recording_facts.hpp"
 #include "daemon/service/stop_signals.hpp"
+#include "daemon/study/tradeoff/tradeoff_pixel.hpp"
 #include "daemon/study/tradeoff/tradeoff_report.hpp"
 #include "daemon/study/tradeoff/tradeoff_table.hpp"
 #include "protocol/error.hpp"
@@ -37,6 +39,7 @@ namespace {
 struct TradeoffCommand {
   std::string config;
   std::string recording;
+  std::string pixel;
   std::vector<double> lengths_ms;
   std::size_t frames = 200;
   std::optional<std::int64_t> seed;
@@ -237,6 +240,16 @@ int finish(const TradeoffCommand& options, const tradeoff::Report& report) {
   return 0;
 }
 
+Config one_pixel(Config config, std::string name) {
+  const std::size_t pixels = config.pixels.size();
+  if (name.empty() && pixels > 0) name = config.pixels.front().name;
+  Config one = tradeoff::config_of_pixel(std::move(config), name);
+  const std::size_t around = one.channels.photon.size() - 1;
+  const std::string more = around > 0 ? fmt::format(", and of {} around it", around) : "";
+  if (pixels > 1) log_info("photons of pixel {} of {}{}", name, pixels, more);
+  return one;
+}
+
 int run_tradeoff(TradeoffCommand options) {
   StopSignals signals;
   const batch::Shard shard =
@@ -244,11 +257,12 @@ int run_tradeoff(TradeoffCommand options) {
   if (options.csv.empty()) options.csv = table_of_plot(options.plot);
   if (!options.shard.empty()) options.csv = table_of_share(options.csv, shard);
   for (const std::string& file : {options.csv, options.plot}) check_folder_of(file);
-  const Config config = load_config_aloud(options.config);
+  Config config = load_config_aloud(options.config);
   OutputCheck outputs(config);
   outputs.add_input("the recording", options.recording);
   outputs.check("--csv", options.csv);
   outputs.check("--plot", options.plot);
+  config = one_pixel(std::move(config), options.pixel);
   if (!options.recording.empty()) recording::warn_of_other_pattern(config, options.recording);
   tradeoff::FrameOrigin origin = tradeoff::find_origin(config, options.recording);
   if (origin.scene && options.seed) origin.scene->seed = *options.seed;
@@ -274,6 +288,8 @@ void add_options(CLI::App& command, TradeoffCommand& options) {
       ->required();
   command.add_option("recording", options.recording,
                      "Recording, to take the frames from; default: the configured scene");
+  command.add_option("--pixel", options.pixel,
+                     "Name of the pixel to measure, of several (default: the first)");
   command
       .add_option("--lengths", options.lengths_ms,
                   "Frame lengths, ms, such as 10,50 (default: four around the configured length)")

@@ -9,13 +9,14 @@
 #include <memory>
 #include <utility>
 
-#include "config/pixel_list.hpp"
 #include "config/read_file.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/stream/frame_plan.hpp"
 #include "daemon/stream/framer.hpp"
 #include "daemon/stream/framer_sink.hpp"
+#include "daemon/study/tradeoff/tradeoff_pixel.hpp"
 #include "drivers/replay/replay.hpp"
+#include "drivers/simulator/array_pixels.hpp"
 #include "drivers/simulator/scene_truth.hpp"
 #include "drivers/simulator/simulator.hpp"
 #include "estimator/model/units.hpp"
@@ -40,12 +41,26 @@ simulator::Options default_scene(const Config& config) {
   return scene;
 }
 
+// The target of an array is that of the pixel.
+void aim(simulator::Options& scene, const ChannelOptions& channels) {
+  if (!scene.array.used()) return;
+  for (const simulator::ArrayPixel& pixel : simulator::array_pixels(scene)) {
+    if (std::to_string(pixel.scene.photon_input) != channels.photon.front()) continue;
+    scene.target = pixel.scene.target;
+  }
+}
+
 FrameOrigin scene_origin(simulator::Options scene, std::string name, ChannelOptions channels) {
   scene.pace = simulator::Speed::max;
   scene.truth.clear();
   scene.seconds = 1e-3;
-  const SceneTruth constants = simulator::scene_truth(scene);
-  return {std::move(name), std::move(scene), {}, constants, std::move(channels)};
+  aim(scene, channels);
+  auto constants = truth_of_pixel(simulator::scene_truth(scene), channels);
+  if (!constants) {
+    throw Error(Fault::usage, "/source/array has no input " + channels.photon.front() +
+                                  " or none of a pixel around it; see /pixels");
+  }
+  return {std::move(name), std::move(scene), {}, std::move(constants), std::move(channels)};
 }
 
 // How long a run may last: nine tenths of the time until a target that comes closer at a constant
@@ -164,7 +179,6 @@ class Collector final : public FrameSink {
 // Plays a source once into the collector.
 void play(const Config& config, const FrameOrigin& origin, double length_ms, TagSource& source,
           Collector& collector, const std::stop_token& stop) {
-  require_one_pixel(config, "splid tradeoff");
   const ChannelMap channels(origin.channels);
   Framer framer(
       framer_options(length_ms, config.pattern, config.drift.method, config.detector.walk),
@@ -187,7 +201,6 @@ std::unique_ptr<TagSource> open_recording(const Config& config, const std::strin
   replay->recording = file;
   SourceContext context;
   context.pattern = &config.pattern;
-  context.pixels = config.pixels;
   context.warn = [](const std::string&) {};
   return replay->open(context);
 }
@@ -208,7 +221,7 @@ FrameOrigin find_origin(const Config& config, const std::string& recording) {
   const std::string truth = truth_file(recording);
   if (!std::filesystem::exists(truth)) return origin;
   try {
-    origin.truth = truth_from_json(read_file(truth));
+    origin.truth = truth_of_pixel(truth_from_json(read_file(truth)), config.channels);
   } catch (const Error& error) {
     throw Error(Fault::data, truth + ": " + error.what());
   }
@@ -256,8 +269,8 @@ std::vector<KeptFrame> collect_frames(const Config& config, const FrameOrigin& o
   scene.seconds = std::min(longest_run_s(scene),
                            (static_cast<double>(count) + 2) * length_ms / ms_per_s + 0.01);
   for (; !enough.stop_requested(); ++scene.seed) {
-    const SceneTruth truth = simulator::scene_truth(scene);
-    collector.start_run(&truth);
+    const auto truth = truth_of_pixel(simulator::scene_truth(scene), origin.channels);
+    collector.start_run(truth ? &*truth : nullptr);
     simulator::Source source(scene, config.pattern);
     const std::size_t before = collector.kept().size();
     play(config, origin, length_ms, source, collector, enough.get_token());

@@ -55,7 +55,10 @@ struct FrameOrigin {
 // scene with the configured pattern and pulse width. The truth of a recording is read from
 // FILE.truth.json, as `splid simulate` names it, if that file exists.
 //
-// Errors: Error(Fault::data) where the truth file exists and cannot be read.
+// config: of one pixel, as config_of_pixel() makes it.
+//
+// Errors: Error(Fault::data) where the truth file exists and cannot be read; Error(Fault::usage)
+// where a configured array lacks the pixel.
 FrameOrigin find_origin(const Config& config, const std::string& recording);
 
 using Warn = std::function<void(const std::string& sentence)>;

@@ -282,8 +282,8 @@ std::string title_of(const Config& config, const FrameOrigin& origin) {
                   pulses_per_period(config.pattern), pattern_period_ps(config.pattern) / 1000);
   if (!origin.scene) return origin.recording + ": " + pattern;
   return pattern +
-         fmt::format("; S {:g}, b {:g} /s; ", origin.scene->detection.signal_per_pulse,
-                     origin.scene->background_per_s()) +
+         fmt::format("; S {:g}, b {:g} /s; ", origin.truth->signal_per_pulse,
+                     origin.truth->background_per_s) +
          describe_target(origin.scene->target);
 }
 
