@@ -65,10 +65,11 @@ void Device::find(const std::string& serial) {
       }
       others.append(others.empty() ? "" : ", ").append(found.data());
       library_.try_call("CloseDevice", index);
-    } else if (LibraryError error = library_.error("OpenDevice", code); error.device_is_busy()) {
+    } else if (const LibraryError error = library_.error("OpenDevice", code);
+               error.device_is_busy()) {
       busy = error.what();
     } else if (!error.device_is_gone()) {
-      throw error;
+      throw LibraryError(error);
     }
   }
   std::string what = "no " + product + (serial.empty() ? "" : " " + serial) + " is plugged in";

@@ -43,8 +43,9 @@ std::optional<OptionFault> twice(const std::vector<Member>& members, Number Memb
   std::set<Number> seen;
   for (std::size_t i = 0; i < members.size(); ++i) {
     if (seen.insert(members[i].*number).second) continue;
-    return OptionFault{"/" + list + "/" + std::to_string(i) + "/" + key,
-                       std::to_string(members[i].*number) + " is there already"};
+    std::string pointer = "/" + list;
+    pointer.append("/").append(std::to_string(i)).append("/").append(key);
+    return OptionFault{pointer, std::to_string(members[i].*number) + " is there already"};
   }
   return std::nullopt;
 }
