@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace splid {
@@ -49,6 +50,7 @@ RangeOdds::RangeOdds(const SearchVolume& volume) : volume_(volume) { peaks_.rese
 // The log of a fit's Laplace volume: of delay and range walk, relative to the plane, where neither
 // side can be longer than the plane's, and of the signal.
 double RangeOdds::volume_nats(const Maximum& fit) const {
+  if (!fit.has_covariance) return -std::numeric_limits<double>::infinity();
   constexpr auto S = static_cast<Eigen::Index>(likelihood::signal);
   const auto& C = fit.covariance;
   const double signal = std::min(spread(C(S, S)), fit.signal_per_pulse());
