@@ -42,6 +42,7 @@ struct PicoQuantControl {
   std::atomic<std::uint64_t> starts{0};    // of measurements
   std::atomic<std::uint64_t> records{0};   // handed out, of all measurements
   std::atomic<std::uint64_t> was_full{0};  // how often the FIFO was
+  std::atomic<std::uint64_t> hung{0};      // reads that did not return
   std::atomic<std::uint32_t> log_bytes{0};
   std::array<char, 1 << 14> log{};  // a line for each call but those that a measurement repeats
 };

@@ -171,6 +171,7 @@ int told(int index, const char* name, Values... values) {
 int read_fifo(int index, unsigned int* buffer, int most, int* count) {
   *count = 0;
   if (control->crashes.exchange(0) != 0) std::raise(SIGSEGV);
+  if (control->hangs.load() != 0) ++control->hung;
   while (control->hangs.load() != 0) ::usleep(1000);
   if (code(index) < 0 || !is_measuring) return code(index);
   if (control->is_silent.load() != 0) return 0;

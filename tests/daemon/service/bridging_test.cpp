@@ -112,6 +112,7 @@ TEST_F(BridgingProgram, AStopWhileACallHangsEndsItToo) {
   const auto bridge = bridging.start_bridge();
   ASSERT_TRUE(test::eventually([&] { return instrument.control().records > 0; }));
   instrument.control().hangs = 1;
+  ASSERT_TRUE(test::eventually([&] { return instrument.control().hung > 0; }));
   bridge->signal(SIGTERM);
   const ProgramResult result = bridge->wait();
   EXPECT_EQ(result.exit_code, 0);
