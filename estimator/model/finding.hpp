@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -38,10 +39,7 @@ class FoundList {
  public:
   [[nodiscard]] std::span<const Finding> all() const { return std::span(found_).first(count_); }
   [[nodiscard]] bool has(FindingName name) const {
-    for (const Finding& finding : all()) {
-      if (finding.name == name) return true;
-    }
-    return false;
+    return std::ranges::any_of(all(), [name](const Finding& each) { return each.name == name; });
   }
   // Leaves out a finding whose name is there.
   void add(const Finding& finding) {
