@@ -118,7 +118,8 @@ export async function check_array({view, follower, later, live, accessibility, s
   await check('a pixel without a target says so, and its choice survives a reload', async () => {
     await follower.mouse.click(...await middle_of(follower, 'field-distance', 'a1'));
     await shows_pixel(follower, 'a1');
-    await shows(follower, 'no values', () => document.getElementById('distance').textContent === '–' &&
+    // By chance one frame of a thousand reports a target, whose distance stays with its age.
+    await shows(follower, 'no values', () => document.getElementById('distance').dataset.value === undefined &&
       document.getElementById('frame-status').textContent === 'no target');
     await follower.reload({waitUntil: 'domcontentloaded'});
     await shows_pixel(follower, 'a1');
