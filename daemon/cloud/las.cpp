@@ -15,9 +15,7 @@ namespace splid::cloud {
 namespace {
 
 constexpr unsigned head_bytes = 375;
-constexpr unsigned record_head_bytes = 54;  // of a variable-length record
-constexpr unsigned descriptor_bytes = 192;  // of one column in the record of extra bytes
-constexpr unsigned point_bytes = 30;        // without extra bytes
+constexpr unsigned point_bytes = 30;  // without extra bytes
 constexpr unsigned point_format = 6;
 constexpr unsigned extra_bytes_id = 4;
 constexpr unsigned text_id = 3;

@@ -27,10 +27,11 @@ PtuInputs inputs_of(const ChannelOptions& channels) {
     const std::optional<ChannelName> channel = parse_channel(name);
     if (!channel || channel->kind != TagKind::photon) continue;
     if (inputs.channel_of(channel->value)) continue;
-    const std::string place = channels.pixels.empty() ? "/channels" : "/pixels";
-    throw Error(Fault::usage, place + ": input " + name + " is one more than the " +
-                                  std::to_string(PtuInputs::channels) +
-                                  " that a recording can hold; name fewer, or do not record");
+    std::string what = channels.pixels.empty() ? "/channels" : "/pixels";
+    what.append(": input ").append(name).append(" is one more than the ");
+    what.append(std::to_string(PtuInputs::channels));
+    what.append(" that a recording can hold; name fewer, or do not record");
+    throw Error(Fault::usage, what);
   }
   return inputs;
 }
