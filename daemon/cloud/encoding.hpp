@@ -35,7 +35,7 @@ class Encoding {
   virtual void append(const Point& point, const Summary& cloud, std::string& out) const = 0;
 };
 
-// What the command line says of the format.
+// The format, as the command line names it.
 struct FormatOptions {
   std::string file;            // whose name ends in .pcd, .ply, .las, .xyzd or .bin
   bool ascii = false;          // .pcd and .ply: as text

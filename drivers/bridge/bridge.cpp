@@ -142,7 +142,7 @@ void BridgeSource::heed(const Notice& notice) {
   }
 }
 
-// An event is over when it is told: what holds stays, and where it is a fault it is said again.
+// An event ends with its report. A lasting state stays; a lasting fault is reported again.
 void BridgeSource::tell(const std::string& event) {
   context_.report({instrument_.state, event, "", instrument_.caution});
   if (instrument_.state != DeviceState::connected) report_.reset();

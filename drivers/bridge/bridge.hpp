@@ -34,9 +34,9 @@ struct BridgeOptions : SourceOptions {
 //
 // It reports no_device, with the reason, while there is no connection; connected at the first
 // block, and whenever blocks are missing or damaged, with what was lost; failing when no whole
-// block came for a second. What the bridge says of its instrument is reported as it was meant. A
-// connection that is silent for 3 s is given up and made anew, since a machine that lost its power
-// does not close its connections.
+// block came for a second. The bridge's notices of its instrument become reports of the same kind.
+// A connection that is silent for 3 s is given up and made anew, since a machine that lost its
+// power does not close its connections.
 //
 // Threads, timeouts: as TagSource. Errors: none from run(); the constructor's as ClientSocket's.
 class BridgeSource : public TagSource {

@@ -249,7 +249,7 @@ std::optional<Maximum> TargetSearch::find_at_level(const FoldedFrame& photons, c
       continue;
     }
     const Spot spot = zoom_into(photons, level, cell.line);
-    // The maximum of a cell that surely holds a target comes first: it settles most of the others.
+    // The maximum of a cell with a certain target comes first: most other cells then need none.
     if (is_sure(spot)) {
       maximize_from(spot);
     } else {

@@ -74,7 +74,7 @@ class CloudProgram : public ::testing::Test {
   }
   static std::string recording() { return folder->path("a.ptu"); }
 
-  // Makes the cloud of that name; returns what was said about it.
+  // Makes the cloud of this name; returns the messages on standard error.
   static std::string make(const std::string& name, const std::vector<std::string>& options = {}) {
     std::vector<std::string> arguments{
         "cloud", recording(), "--config", folder->path("s.json"), "--output", folder->path(name)};

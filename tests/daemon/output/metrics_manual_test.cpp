@@ -21,7 +21,7 @@ struct MetricFamily {
   std::set<std::string> labels;
 };
 
-// What Prometheus' text format says of each family: `# HELP`, `# TYPE`, and lines of series.
+// A family in Prometheus' text format: `# HELP`, `# TYPE`, and lines of series.
 std::map<std::string, MetricFamily> metric_families(const std::string& text) {
   std::map<std::string, MetricFamily> families;
   std::istringstream lines(text);

@@ -8,11 +8,10 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/bridge/bridge.hpp"
 #include "drivers/client_socket.hpp"
 #include "protocol/tags16.hpp"
 #include "tests/support/eventually.hpp"
-#include "tests/support/shared_sink.hpp"
+#include "tests/support/running_bridge.hpp"
 #include "tests/support/temp_folder.hpp"
 
 // Both ends of a bridge's socket: what goes into a TagServer comes out of a BridgeSource.
@@ -22,26 +21,7 @@ namespace {
 
 using std::chrono::steady_clock;
 using testing::ElementsAre;
-
-// A splid at the bridge's address.
-class Client {
- public:
-  explicit Client(const std::string& address) {
-    BridgeOptions options;
-    options.address = address;
-    SourceContext context;
-    context.report = [this](const DeviceReport& report) { reports.add(report); };
-    source_ = options.open(context);
-    thread_ = std::jthread([this](const std::stop_token& stop) { source_->run(sink, stop); });
-  }
-
-  test::SharedSink sink;
-  test::ReportList reports;
-
- private:
-  std::unique_ptr<TagSource> source_;
-  std::jthread thread_;
-};
+using Client = test::RunningBridge;  // a splid at the bridge's address
 
 class TagServerTest : public ::testing::Test {
  protected:

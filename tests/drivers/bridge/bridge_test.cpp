@@ -10,7 +10,7 @@
 #include "tests/support/bridge_server.hpp"
 #include "tests/support/error_text.hpp"
 #include "tests/support/eventually.hpp"
-#include "tests/support/shared_sink.hpp"
+#include "tests/support/running_bridge.hpp"
 #include "tests/support/tags16_block.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -19,40 +19,12 @@ namespace {
 
 using test::block_bytes;
 using test::BridgeServer;
+using test::RunningBridge;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
 Tag loss_begin(std::int64_t time_ps) { return {time_ps, 0, TagKind::loss_begin, {}}; }
 Tag loss_end(std::int64_t time_ps) { return {time_ps, -1, TagKind::loss_end, {}}; }
-
-// A source on its own thread, stopped when it goes out of scope.
-class RunningBridge {
- public:
-  explicit RunningBridge(const std::string& address) {
-    BridgeOptions options;
-    options.address = address;
-    SourceContext context;
-    context.report = [this](const DeviceReport& report) { reports.add(report); };
-    source_ = options.open(context);
-    thread_ = std::jthread([this](const std::stop_token& stop) { source_->run(sink, stop); });
-  }
-
-  [[nodiscard]] SourceInfo info() const { return source_->info(); }
-  [[nodiscard]] std::uint64_t counter(const std::string& name) const {
-    for (const SourceCounter& counter : source_->counters()) {
-      if (counter.name == name) return counter.value;
-    }
-    ADD_FAILURE() << "no counter " << name;
-    return 0;
-  }
-
-  test::SharedSink sink;
-  test::ReportList reports;
-
- private:
-  std::unique_ptr<TagSource> source_;
-  std::jthread thread_;
-};
 
 TEST(Bridge, TagsComeOverTcp) {
   BridgeServer server;

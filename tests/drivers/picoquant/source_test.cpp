@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -15,6 +16,7 @@
 namespace splid::picoquant {
 namespace {
 
+using test::PicoQuantControl;
 using test::PicoQuantEvent;
 using test::PicoQuantInstrument;
 using test::PicoQuantKind;
@@ -214,9 +216,14 @@ void expect_begun_anew(const std::vector<Tag>& tags) {
   EXPECT_EQ(tags[place + 3], sync_tag(0));
 }
 
-// Waits for a fault's report and for tags after it.
-void expect_new_measurement(PicoQuantInstrument& instrument, RunningSource& source,
+// Makes the fault, and waits for its report and for tags after it.
+void expect_new_measurement(PicoQuantInstrument& instrument, const Options& options,
+                            std::atomic<std::int32_t> PicoQuantControl::*fault,
                             const std::string& words) {
+  instrument.give_scene();
+  RunningSource source(options);
+  (void)source.sink.wait(1000);
+  instrument.control().*fault = 1;
   EXPECT_TRUE(source.reports.wait(DeviceState::connected, words));
   EXPECT_TRUE(source.reports.wait(DeviceState::connected, "; its clock begins anew"));
   ASSERT_TRUE(test::eventually([&] { return instrument.control().starts == 2; }));
@@ -229,29 +236,19 @@ void expect_new_measurement(PicoQuantInstrument& instrument, RunningSource& sour
 }
 
 TEST_F(PicoQuantFault, AFullFifoIsALossFromTheLastTagOn) {
-  instrument.give_scene();
-  RunningSource source(options);
-  (void)source.sink.wait(1000);
-  instrument.control().fifo_is_full = 1;
-  expect_new_measurement(instrument, source,
+  expect_new_measurement(instrument, options, &PicoQuantControl::fifo_is_full,
                          "MultiHarp 150 1045678: its FIFO was full: more events than USB and this "
                          "machine take");
 }
 
-TEST_F(PicoQuantFault, ARecordsThatAreNoneBeginAMeasurementAnew) {
-  instrument.give_scene();
-  RunningSource source(options);
-  (void)source.sink.wait(1000);
-  instrument.control().garbage_reads = 1;
-  expect_new_measurement(instrument, source, "what it sent were no records of T2");
+TEST_F(PicoQuantFault, WordsThatAreNoRecordsBeginAMeasurementAnew) {
+  expect_new_measurement(instrument, options, &PicoQuantControl::garbage_reads,
+                         "what it sent were no records of T2");
 }
 
 TEST_F(PicoQuantFault, TheEndOfTheLongestMeasurementBeginsAnother) {
-  instrument.give_scene();
-  RunningSource source(options);
-  (void)source.sink.wait(1000);
-  instrument.control().measurement_ends = 1;
-  expect_new_measurement(instrument, source, "its longest measurement is over");
+  expect_new_measurement(instrument, options, &PicoQuantControl::measurement_ends,
+                         "its longest measurement is over");
 }
 
 TEST_F(PicoQuantFault, DroppedCountsAreALossBetweenTwoReads) {
