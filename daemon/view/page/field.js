@@ -49,7 +49,8 @@ function choose_pixel(i) {
   if (name === undefined || name === field.pixel) return;
   field.pixel = name;
   Object.assign(shown, {frame: null, valid: null, frame_is_new: false, picture: {}});
-  delete document.body.dataset.sequence;  // of the pixel before
+  delete document.body.dataset.sequence;
+  if (stream) stream.close();  // else what comes of the pixel before stands under the new name
   if (shown.paused) toggle_pause();
   keep_in_address();
   draw_field();
