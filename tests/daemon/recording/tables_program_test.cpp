@@ -182,7 +182,7 @@ TEST_F(TablesProgram, ARunKeepsItsFramesBesideItsRecordings) {
     const std::string kept = folder.path(kind);
     const std::string file =
         config(R"("folder":")" + kept + R"(","max_file_s":1,"frames":")" + kind + "\"",
-               R"("pace":"live","seconds":1.5)");
+               R"("pace":"live","seconds":1.9)");
     const ProgramResult result = run_program({"run", "--config", file});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     const std::vector<std::string> recordings = test::recordings_in(kept);
@@ -193,7 +193,8 @@ TEST_F(TablesProgram, ARunKeepsItsFramesBesideItsRecordings) {
       rows += kind == "h5" ? std::stoi(read_table("rows", {table}))
                            : static_cast<int>(table_lines(file_text(table)).size()) - 1;
     }
-    EXPECT_GE(rows, 30);  // 1.5 s of frames of 50 ms, and what is left of the last
+    // Frames of 50 ms, and what is left of the last. A recorder may be late by 0.9 s.
+    EXPECT_GE(rows, 38);
     EXPECT_THAT(result.err, HasSubstr("; " + std::to_string(rows) + " frames in 2 tables"));
     EXPECT_THAT(result.err, HasSubstr(" " + std::to_string(rows) + " frames: "));
   }
