@@ -9,27 +9,20 @@
 #include "protocol/pattern.hpp"
 
 // Read this header first. FrameEstimator is what the rest of splid uses of estimator/ while it
-// measures: one frame of photons goes in, one estimate comes out. The way of a frame through the
-// rooms below:
+// measures: a frame of photons goes in, an estimate comes out, by way of the rooms below.
 //
-//   sync/         Before the estimator sees a frame, SyncClock has fitted the pattern's clock to
-//                 the syncs of the frame: the measured pattern period, [P] Eq. 19.
-//   model/        FrameView is the frame, Estimate the result. PulseTrain and PulseShape are the
-//                 pattern and the detected pulse in the units of the estimator.
-//   fold/         FoldedFrame corrects the photons' times for the drift of that clock ([P] Eq. 20)
-//                 and folds them on the pattern period. A target at constant velocity is then a
-//                 straight line, a DelayTrack: a delay at mid-frame, and how far the delay walks
-//                 over the frame.
-//   search/       FrameSearch looks for the target: where the last frame had it, along all straight
-//                 lines, along all paths that bend. The significance says whether there is a target
-//                 at all, RangeOdds whether its range is the right one.
-//   selection/    TargetSelection looks for the targets beside the first one.
-//   likelihood/   One model of the light; its Maximizer fits all free parameters ([P] Eq. 4 and 7).
-//                 The curvature at the maximum gives the standard deviations.
-//   checks/       Findings compares the photons with what the fitted model expects, and says which
-//                 richer model explains them better.
-//   paper/        PaperMethod does what search/ does as [P] does it, for comparison.
-//   calibration/  is not on this way: it finds the pulses in a recording of a target at rest.
+//   sync/         before a frame comes here: the pattern's clock by the frame's syncs, [P] Eq. 19
+//   model/        FrameView is the frame, Estimate the result; PulseTrain and PulseShape are the
+//                 pattern and the detected pulse
+//   fold/         the photons in the pattern's clock ([P] Eq. 20), folded on the pattern period: a
+//                 target at constant velocity is a straight line there, a DelayTrack
+//   search/       the target: where the last frame had it, along all straight lines, along all
+//                 paths that bend; its significance, and the odds of its range
+//   selection/    the targets beside the first one
+//   likelihood/   one model of the light; its maximum ([P] Eq. 4 and 7) and the deviations there
+//   checks/       which richer model explains the photons better
+//   paper/        what search/ does as [P] does it, for comparison
+//   calibration/  not on this way: the pulses in a recording of a target at rest
 //
 // Unless a header says otherwise, in all rooms: an object serves one thread, and its const calls
 // and free functions any; what a constructor takes by reference outlives the object; nothing fails;
@@ -41,15 +34,13 @@
 
 namespace splid {
 
-// Estimates a target's delay, velocity, signal and background from one frame of photons, by a
-// global search over delay and velocity and refinement by maximum likelihood. The estimate is a
-// function of its input: the same frame (and the same track) gives the same bits, whatever frames
-// came before, and whichever vector width the machine has; only recent_findings tell of those
-// frames.
+// Estimates the targets of one frame of photons by a global search over delay and velocity and by
+// maximum likelihood. The same frame (and the same track) gives the same bits, whatever frames came
+// before and whichever vector width the machine has; only recent_findings tell of other frames.
 //
-// Threads: one thread for each object; objects share nothing. Errors: none after construction; a
-// frame that cannot be estimated has a status that says why. No allocation in estimate() with
-// method search, for frames of up to max_photons; a frame with more makes the memory grow.
+// Threads: one for each object; objects share nothing. Errors: none after construction; a frame
+// that cannot be estimated has a status that says why. No allocation in estimate() with method
+// search, for frames of up to max_photons; a frame with more makes the memory grow.
 class FrameEstimator {
  public:
   // frame_length_ms: nominal, > 0. max_photons: that a frame may have. reference: whose clock the

@@ -20,12 +20,10 @@ struct PooledFrame {
 };
 
 // Estimates pixels that have too few photons from those of their neighbours together: scene `pool`.
-// A pixel that shows no target, or none whose range is sure, gets the estimate of 3 x 3 pixels
-// about it, or of 5 x 5 where these are too few. The widest pool is looked at first: where it shows
-// nothing, there is nothing to refine. The rates of a pooled estimate are those of one pixel, on
-// average; its distance is that of the surface that most of the pool sees.
-//
-// Errors: as FrameEstimator's constructor.
+// A pixel without a sure range gets the estimate of 3 x 3 pixels about it, or of 5 x 5 where these
+// are too few; the widest pool comes first, as where it shows nothing there is nothing to refine.
+// Rates are those of one pixel, on average; the distance is that of the surface that most of the
+// pool sees. Errors: as FrameEstimator's constructor.
 class PooledScene {
  public:
   static constexpr std::size_t rings = 2;  // 5 x 5

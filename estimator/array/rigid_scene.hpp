@@ -20,17 +20,15 @@ struct RigidFrame {
   std::span<int> bodies;              // which body a pixel sees, from 0; -1: none
 };
 
-// Finds the pixels that share a velocity, and estimates them by it: scene `rigid`. Each pixel keeps
-// a distance of its own. At a known velocity a pixel is one at rest, whose delay alone is searched:
-// FrameEstimator does that, with its threshold, range odds and findings, in a clock in which the
-// body is at rest (at_rest()). So a pixel shows a distance with fewer photons than it needs alone,
-// and its velocity has the deviation of all photons of the body.
+// Finds the pixels that share a velocity, and estimates them by it: scene `rigid`. Each keeps a
+// distance of its own. At a known velocity a pixel is one at rest (at_rest()), whose delay alone
+// FrameEstimator searches: it shows a distance with fewer photons than it needs alone, and its
+// velocity has the deviation of all photons of the body.
 //
 // The velocity comes from the estimates that the pixels have alone; where these do not tell it at
-// the risk `range_risk`, from the best cells of each pixel's search. A pixel that does not agree
-// keeps its own estimate: by eight nats, which are four deviations. Pixels that agree with each
-// other are the next body. A body turns where a velocity that changes evenly over the field gains
-// nine nats.
+// the risk `range_risk`, from the best cells of each pixel. A pixel that disagrees by eight nats
+// (four deviations) keeps its own; those that agree with each other are the next body. A body turns
+// where a velocity that changes evenly over the field gains nine nats.
 //
 // Errors: as FrameEstimator's constructor.
 class RigidScene {

@@ -39,11 +39,9 @@ struct SharedMaximum {
 };
 
 // Maximizes the joint likelihood of pixels that share a velocity, each with a delay, a signal and a
-// background of its own: Newton's method in the terms of the velocity. The Hessian is an arrow, so
-// that each pixel is maximized on its own at a given velocity, and gives its slope and its
-// information (the Schur complement) to the sums over the pixels.
-//
-// A detector's dead time is not in this likelihood: it moves delays, and not velocities.
+// background of its own, by Newton's method. The Hessian is an arrow: each pixel is maximized alone
+// at a given velocity, and adds its slope and its information (the Schur complement). Dead time is
+// not in it: it moves delays, and not velocities.
 class SharedFit {
  public:
   // reach_ns: of FoldedFrame.

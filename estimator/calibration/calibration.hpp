@@ -48,15 +48,13 @@ struct Calibration {
                          // of a width
 };
 
-// Finds pulse times, amplitudes and the shape by maximum likelihood of the folded photons. The
-// shape comes from all pulses laid upon each other, then times and amplitudes from a fit with that
-// shape, and so on until no time moves by more than a tenth of its own deviation, or a thousandth
-// of the width. Absent where no pulse stands out of the background.
+// Finds pulse times, amplitudes and the shape by maximum likelihood of the folded photons: in turn
+// the shape, from all pulses laid upon each other, and a fit with that shape, until no time moves
+// by more than a tenth of its own deviation, or a thousandth of the width. Absent where no pulse
+// stands out of the background.
 //
 // fold: that of a target at rest. width_ps: standard deviation of a detected pulse, to within a
-// factor of two; see find_pulses() for what it decides.
-//
-// Allocates; takes some seconds for folds of 10^7 bins.
+// factor of two; see find_pulses(). Allocates; takes some seconds for folds of 10^7 bins.
 std::optional<Calibration> calibrate(const PhaseHistogram& fold, double width_ps);
 
 // The model of the fold that a calibration came from, by the calibration's values.

@@ -25,12 +25,9 @@ class FramePhase {
 };
 
 // The photons of a recording by their phase in the pattern period: the fold, in which a target at
-// rest shows the pulses of any pattern. A bin is a 32nd of a pulse width, so that rounding to bins
-// widens a pulse by 0.004 %. A long period has wider bins: there are 2^23 at most, which take 32
-// MiB.
-//
-// Frames that are not locked to their syncs are passed over. Losses are taken to fall on all phases
-// alike.
+// rest shows the pulses of any pattern. A bin is a 32nd of a pulse width, which widens a pulse by
+// 0.004 %, but there are 2^23 at most (32 MiB). Frames that are not locked are passed over; losses
+// are taken to fall on all phases alike.
 class PhaseHistogram {
  public:
   // period_ps: nominal, > 0; width_ps: of a detected pulse, standard deviation, > 0.

@@ -27,12 +27,9 @@ struct RestReport {
 };
 
 // Tells whether a target was at rest in a recording, by how far the photons of each frame lie from
-// the calibration's pulses. That is one Newton step from no shift, by the score of the likelihood,
-// which is good for displacements of a pulse width; TargetMotion sees larger ones. Looks for an
-// even motion, and at time scales from a frame to a quarter of the recording for wander beyond the
-// photons' noise.
-//
-// Grows by 24 bytes for each frame.
+// the calibration's pulses: one Newton step by the score of the likelihood, good to a pulse width
+// (TargetMotion sees larger ones). Looks for an even motion, and at time scales from a frame to a
+// quarter of the recording for wander beyond the photons' noise. Grows by 24 bytes a frame.
 class RestCheck {
  public:
   // fold: that of the recording, from which the calibration came.

@@ -20,9 +20,8 @@ struct StackedPhotons {
 };
 
 // Stacks the photons of the model's fold, with background and neighbours by the model's values. The
-// step follows the counts N as the error of a quadratic spline asks: half a width at 10^4 photons,
-// falling as N^(-1/7); at most half a width, and at least an eighth of a width and two bins.
-//
+// step is what the error of a quadratic spline asks for: half a width at 10^4 photons, falling as
+// N^(-1/7); at most half a width, and at least an eighth of a width and two bins.
 StackedPhotons stack_photons(FoldModel& model);
 
 // Gives the model the shape that all its pulses have in common, by the model's times, counts and
@@ -38,12 +37,8 @@ void stack_shape(FoldModel& model);
 void improve_shape(FoldModel& model);
 
 // The point of the model's shape that is taken as the pulse's time: the mean of t weighted with
-// h(t)^2.
-//
-// Design note: for a gaussian this is its centre. A tail moves it little: a tail of half the
-// photons and three widths' length moves the mean by 1.5 widths, and this point by 0.54. The point
-// is also known well: to 1.24 sigma / sqrt(N), where the mean of what lies above half the peak is
-// known to 1.85 sigma / sqrt(N).
+// h(t)^2. For a gaussian this is its centre, known to 1.24 sigma / sqrt(N). A tail of half the
+// photons and three widths' length moves it by 0.54 widths, where it moves the mean by 1.5.
 double pulse_point_ps(const FoldModel& model);
 
 // The standard deviation of that point by the photons' noise, ps.

@@ -25,13 +25,10 @@ struct PatternLight {
 };
 
 // The delays that are hardest to tell from the right one, hardest first, and not more than `most`.
-// A pattern of one pulse has none. Where a shift brings all pulses onto others again, off by d
-// deviations of their width on average, a photon tells d^2 / 2 nats; the copies of an even comb
-// stay alike, however much light there is. For a calibrated pattern, the part that the deviations
-// of its own times make is taken off.
-//
-// Segments of more than 2,000 pulses are not looked at, and the result is then empty. Allocates;
-// takes a second for 2,000 pulses.
+// Where a shift brings all pulses onto others, off by d deviations of their width on average, a
+// photon tells d^2 / 2 nats; the copies of an even comb stay alike. Of a calibrated pattern the
+// part that its times' own deviations make is taken off. Empty for a single pulse, and where a
+// segment has more than 2,000, which take a second. Allocates.
 std::vector<SideLobe> side_lobes(const Pattern& pattern, const PulseShape& shape,
                                  const PatternLight& light = {}, std::size_t most = 64);
 

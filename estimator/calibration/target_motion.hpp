@@ -9,15 +9,11 @@
 
 namespace splid::calibration {
 
-// Where a recording's photons go in the pattern period as time passes, for any pattern. A target
-// that moves by pulse widths smears its photons, and the fold then shows pulses that were never
-// played.
-//
-// The recording is cut into up to 64 slices of equal length. Each slice is laid upon the slices
-// before it at the shift that fits best, by correlation over the whole circle; it keeps the shift
-// of the last slice unless another shift is better by six deviations.
-//
-// Takes 33 MB at most.
+// Where a recording's photons go in the pattern period as time passes, for any pattern: a target
+// that moves by pulse widths smears them, and the fold shows pulses that were never played. Each of
+// up to 64 slices of equal length is laid upon those before it at the shift that fits best, by
+// correlation over the circle; it keeps the shift of the last slice unless another one is better by
+// six deviations. Takes 33 MB at most.
 class TargetMotion {
  public:
   // period_ps: nominal, > 0; width_ps: of a detected pulse, > 0.

@@ -11,18 +11,13 @@
 
 namespace splid::checks {
 
-// What the waits between the detections of one detector show of it, over a second or a recording:
-// its dead time, afterpulses, and timing walk.
-//
-// Beside the wait from each detection to the next stands the control: the wait from the same
-// instant a whole number of pattern periods later. Light that repeats with the pattern, or changes
-// slowly, brings the next detection as soon in the one case as in the other.
+// What the waits between the detections of one detector show of it, over a second or a recording.
+// The control beside them, the waits from the same instants a whole number of pattern periods
+// later, has as much of light that repeats with the pattern or changes slowly.
 // - dead_time: the first waits are empty and those of the control are not.
 // - afterpulsing: after the dead time the next detection comes sooner than in the control, at first
-//   more so than later. Both are hazards: detections over the instants after which none came yet,
-//   so that in both the detector is live.
-// - timing_walk: returns soon after a detection are late on average, against returns after waits of
-//   more than 2 us.
+//   more so than later; both are hazards, over the instants after which none came yet.
+// - timing_walk: returns soon after a detection are late against those after more than 2 us.
 //
 // No allocation in the calls but walk().
 class DetectorWaits {

@@ -4,12 +4,9 @@
 
 namespace splid::checks {
 
-// Whether counts differ from what is expected by more than chance: the sum of (n - m)^2 - n, whose
-// mean is zero for counts of Poisson, however few.
-//
-// Design note: chi squared and the likelihood ratio of many cells with less than a count each have
-// tails that no factor mends. The sum of squares has the tail of a gamma distribution of its own
-// variance and skewness: of pairs where counts are few, of chi squared where they are many.
+// Whether counts differ from what is expected by more than chance: the sum of (n - m)^2 - n, which
+// is zero on average for counts of Poisson. Its tail is that of a gamma distribution of its own
+// variance and skewness; chi squared of cells of less than a count has one that no factor mends.
 struct SquareSum {
   double excess = 0;    // of squared deviations, less the part of chance
   double variance = 0;  // of it, by chance

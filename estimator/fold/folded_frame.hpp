@@ -23,23 +23,18 @@ namespace splid {
 struct DeadIntervals;
 
 // A frame's photons in the pattern's own clock: their times from mid-frame, and their phases, which
-// are these times folded on the pattern period. All times are in ns of the calibrated pattern;
-// `scale`, the measured pattern period (Eq. 19) over the calibrated one, turns them into the
-// tagger's ([P] Eq. 20).
+// are these times folded on the pattern period; in ns of the calibrated pattern. `scale`, measured
+// over calibrated period (Eq. 19), turns them into the tagger's ([P] Eq. 20).
 //
 // A target that moves at v = c g / (2 - g), with delay D = tau / (1 + v/c) at mid-frame, has its
-// photons at phase = D + g time (+ pulse time), which is a straight line. This is [P] Eq. 1 solved
-// for the emission time: (t - tau / (1 - beta)) (1 - beta) / (1 + beta) = t - D - g t, with
-// g = 2 beta / (1 + beta).
+// photons at phase = D + g time (+ pulse time), a straight line: [P] Eq. 1 solved for the emission
+// time, (t - tau / (1 - beta)) (1 - beta) / (1 + beta) = t - D - g t, with g = 2 beta / (1 + beta).
+// g is kept as itself, never as a difference from 1: at v = 10 nm/s it is 6.7e-17.
 //
-// Design note: g is computed and kept as itself, never as a difference from 1: at v = 10 nm/s g is
-// 6.7e-17, which would be lost.
-//
-// The photons stand in groups. There is one group for each segment of the pulse train, with the
-// photons that can only have left in the segment in which they came in. In a train of several
-// segments a last group holds the others: photons that came so soon after a segment's begin that
-// they may have left in the segment before, and photons of segments whose period does not fit into
-// the circle of delays.
+// There is one group for each segment of the train, of the photons that can only have left in it.
+// In a train of several segments a last group holds the others: photons so soon after a segment's
+// begin that they may have left in the one before, and those of segments whose period does not fit
+// into the circle of delays.
 struct FoldedFrame {
   std::vector<double> phase_ns;         // in [0, pattern period)
   std::vector<double> time_ns;          // from mid-frame, in [-length / 2, length / 2]

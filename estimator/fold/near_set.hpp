@@ -32,16 +32,12 @@ struct NearSet {
   // then allocates nothing. notes_index: whether `index` is filled, for which photons must not be
   // gathered.
   NearSet(std::size_t max_photons, std::size_t max_entries, bool notes_index = false);
-  // Takes the photons that are near the track `about`. windows: how near, for each segment of the
-  // train.
+  // Takes the photons near the track `about`. windows: how near, for each segment of the train.
   //
-  // gather_width_ns: a pulse width, or 0. Where very many photons are near, each of them near one
-  // pulse at most, and all pulses have the same amplitude, photons are gathered: those in a cell of
-  // an eighth of the width and a 32nd of the frame become one photon of their weight, at their
-  // mean. This costs the likelihood 0.1 % of its information at most, by the spread inside a cell,
-  // which is (1/8)^2 / 12 of the pulse's variance.
-  //
-  // gather_from: so many near photons are very many.
+  // gather_width_ns: a pulse width, or 0. From gather_from near photons on, where each is near one
+  // pulse at most and all pulses have the same amplitude, those in a cell of an eighth of the width
+  // and a 32nd of the frame become one photon of their weight, at their mean. The spread inside a
+  // cell, (1/8)^2 / 12 of the pulse's variance, costs 0.1 % of the information at most.
   void collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
                const PulseTrain& train, const DelayTrack& about, double gather_width_ns = 0,
                std::size_t gather_from = gathered_from);
@@ -53,8 +49,7 @@ struct NearSet {
   static constexpr std::size_t gathered_roughly_from = 4096;
   // Moves the photons back by a track's quadratic term.
   void straighten(double quadratic_ns);
-  // What has passed at the photons, for BlindLight: sums over all photons of the frame that was
-  // collected last.
+  // What has passed at the photons, for HiddenLight: sums over the frame that was collected last.
   struct Passed {
     double amplitude = 0;  // of the pulses whose windows lie before the photon, in the circle
                            // of its comb, less what the comb has on average up to there

@@ -13,16 +13,13 @@
 namespace splid {
 
 // The expected Fisher information of a frame about all parameters of its model, in the places of
-// model.hpp, at the true values: J = integral of (d lambda)(d lambda)^T / lambda over the time
-// seen. Its inverse bounds the covariance of any unbiased estimate (Cramer and Rao). Source: [P]
-// Eq. 12 and 13, generalised to unequal amplitudes, any number of pulses and of targets, any pulse
-// shape, overlapping pulses, several segments and the steady state, with the delay at mid-frame.
-// Of a detector with a dead time the integral is over the time that it is live, by the chance of
-// being so at each phase.
+// model.hpp, at the true values: J = integral of (d lambda)(d lambda)^T / lambda over the time seen
+// in which the detector is live. Its inverse bounds the covariance of any unbiased estimate.
+// Source: [P] Eq. 12 and 13, generalised to any pulses, targets and segments in the steady state,
+// with the delay at mid-frame.
 //
 // Accuracy: 1e-6 relative for gaussian pulses of targets that move alike, else 1e-4. Losses count
-// by their share of the time, and the frame is taken to begin with the pattern. Allocates, and
-// integrates over all pulses of the period: it is for studies, not for every frame.
+// by their share of the time; the frame begins with the pattern. For studies: allocates.
 SmallMatrix expected_information(const PulseShape& shape, const PulseTrain& train,
                                  const Exposure& exposure, const likelihood::Model& at,
                                  const DeadDetector& detector = {});

@@ -14,16 +14,12 @@
 
 namespace splid::likelihood {
 
-// The light of one target that came while the detector was dead: the amplitude of the pulses' parts
-// that the dead intervals [u, w) cover,
+// The light of one target that came while the detector was dead, linear in the targets: the
+// amplitude of the pulses' parts that the dead intervals [u, w) cover,
 //   B = sum over intervals of sum_p a_p (H(w - x_p) - H(u - x_p)),
-// with H the integral of the pulse's shape and x_p the arrival of pulse p. It is linear in the
-// targets, so that it is computed for each by itself.
-//
-// A pulse whose window holds neither end of an interval is covered as a whole or not at all. Such
-// pulses are counted once for each collect(), by how much light the comb has sent up to each end.
-// Only the ends near a pulse are integrated over, for each model anew. An interval begins at a
-// photon, or is one of those that FoldedFrame's `dead` lists beside them.
+// with H the integral of the pulse's shape and x_p the arrival of pulse p. Pulses whose windows
+// hold neither end are counted once for each collect(), by how much light the comb has sent up to
+// each end; only ends near a pulse are integrated over, for each model anew.
 class HiddenLight {
  public:
   HiddenLight(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons,

@@ -22,13 +22,10 @@ struct CombLight {
   double dilation = 1;  // of the detected pulses, over phases by emission
 };
 
-// The chance that such a detector is live, as a function of the phase in a comb, once it has
-// forgotten its first state: alive(t) = 1 - integral over the last dead time of alive lambda. The
-// integral equation is stepped through the comb's period in cells of an eighth of the pulse's
-// width, in each of which a detection is exponential, until a period repeats the one before.
-//
-// Accuracy: 1e-3, but for dead times beyond half a million pulse widths, which are taken as if the
-// light were steady. For studies: a period of 4 us takes milliseconds.
+// The chance that such a detector is live, by the phase in a comb, once it has forgotten its first
+// state: alive(t) = 1 - integral over the last dead time of alive lambda, stepped in cells of an
+// eighth of the pulse's width until a period repeats the one before. To 1e-3; beyond dead times of
+// half a million widths light is taken as steady. For studies: 4 us take milliseconds.
 class LiveFraction {
  public:
   // lights: of one target or more. b: in the tagger's ns, of which the first one's dilation tells

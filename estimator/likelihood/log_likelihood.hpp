@@ -31,13 +31,11 @@ struct Scope {
 };
 
 // The log-likelihood of a frame's photons under a model (model.hpp), with its exact first and
-// second derivatives. It is that of an ideal detector, whose integral is over the time that the
-// detector was live. A photon near no track adds log b, so b must be above 0 where there are such
+// second derivatives. A photon near no track adds log b, so b must be above 0 where there are such
 // photons.
 //
-// Design note: how the pattern is stretched by the target's velocity is in the value, and not in
-// the derivatives of a photon's place: an offset of 1 ns is stretched by 2e-9 for each ns of range
-// walk in a frame of 0.5 ms, which is 2e-8 of what the walk moves it at the frame's end.
+// Design note: how the target's velocity stretches the pattern is in the value, and not in the
+// derivatives of a photon's place: it is 2e-8 of what the walk moves it at the frame's end.
 class LogLikelihood {
  public:
   LogLikelihood(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons,

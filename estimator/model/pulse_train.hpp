@@ -38,12 +38,10 @@ struct PulseTrain {
   [[nodiscard]] double mean_amplitude() const { return amplitude_per_ns / pulses_per_ns; }
 };
 
-// The strong side lobes of a train's autocorrelation: shifts in (0, circle), ns, ascending, by
-// which the train nearly falls on itself, so that a frame can take a delay that is off by such a
-// shift for the right one. For a single comb they are those of strong_side_lobes_ns(comb) to within
-// three pulse widths. For several combs they are taken to within eight widths, since a wrong
-// velocity makes up for part of the difference: with 99.9 and 104.1 ns, 124 periods of the first
-// are 119 of the second less 0.3 ns.
+// The strong side lobes of a train's autocorrelation: shifts in (0, circle), ns, ascending, that a
+// frame can take for the right delay. Of a single comb they are those of strong_side_lobes_ns(comb)
+// to within three pulse widths, of several to within eight, since a wrong velocity makes up for a
+// part: with 99.9 and 104.1 ns, 124 periods of the first are 119 of the second less 0.3 ns.
 std::vector<double> strong_side_lobes_ns(const PulseTrain& train, double width_ns);
 
 // The windows of each segment's comb, one for each segment.

@@ -17,12 +17,9 @@ struct Cluster {
 Cluster find_largest_cluster(const std::vector<double>& points_ns,
                              const std::vector<double>& weights, double period_ns, double width_ns);
 
-// Leaves only the photons of the largest cluster of T mod t_k. In an interleaved pattern a target's
-// photons that came from the pulses of another sub-period lie at many places of this sub-period,
-// and its own photons at one place. width_ns: has to hold the target's motion.
-//
-// The number of photons counted stays as it is, since the background is that of the whole period.
-// Source: [P], initialisation of the interleaved mode.
+// Leaves only the photons of the largest cluster of T mod t_k: those that came from the pulses of
+// another sub-period lie at many places. width_ns: has to hold the target's motion. The number of
+// photons counted stays, as the background is that of the period. Source: [P], initialisation.
 void keep_largest_cluster(TrainPhotons& photons, double width_ns);
 
 }  // namespace splid::paper

@@ -6,11 +6,8 @@
 
 namespace splid::paper {
 
-// A frame's photons in the pattern's own clock, from the frame's start on, as [P] counts time: Eq.
-// 20, which divides the tagger's times by measured over calibrated pattern period. splid's own
-// method does the same from mid-frame, in estimator/fold/folded_frame.cpp.
-//
-// All times are in ns of the calibrated pattern; `scale` turns them into the tagger's.
+// A frame's photons in the pattern's own clock, from the frame's start on, by [P] Eq. 20; times in
+// ns of the calibrated pattern, which `scale` turns into the tagger's.
 struct CorrectedTimes {
   struct Span {
     double begin_ns, end_ns;  // from the frame's start

@@ -24,25 +24,19 @@ struct CrtSolution {
 
 // The delay in [0, limit_ns] that agrees best with all remainders: the mixed-integer program of [P]
 // Eq. 16 to 18, min over tau and whole n_k of sum_k w_k (tau - n_k t_k - tau_k)^2, for any real
-// moduli. The solution is exact: for a given tau the best n_k is round((tau - tau_k) / t_k), which
-// changes only at certain values of tau, the breakpoints, and between two of these the cost is a
-// parabola.
+// moduli. Exact: the best n_k, round((tau - tau_k) / t_k), changes only at breakpoints of tau, and
+// between two of these the cost is a parabola. Cost: K times their number, the sum of limit / t_k.
 //
 // Errors: not found for fewer than two remainders, for values that are not finite, or for more than
-// 1e8 breakpoints (10 s). Cost: K times the number of breakpoints, which is the sum of limit / t_k.
+// 1e8 breakpoints (10 s).
 CrtSolution crt_mixed_integer(std::span<const Remainder> remainders, double limit_ns);
 
 // The robust Chinese remainder theorem of Wang, Li, Wang and Xia, "Maximum likelihood estimation
 // based robust Chinese remainder theorem for real numbers and its fast algorithm", IEEE Trans.
-// Signal Process. 63 (2015), for moduli M Gamma_k with pairwise coprime integers Gamma_k. The
-// common remainder modulo M is the best of K candidates. What is then left of each remainder is a
-// whole number of M, to which the theorem applies. It is right as long as remainders err by less
-// than M / 4.
-//
-// The method needs moduli that are whole multiples of a unit, so they are rounded to multiples of
-// unit_ns first. Where the true moduli are not such multiples, every turn adds the rounding to the
-// error and the method fails: with 99.9 and 104.1 ns, taken as 100 and 104, from ten turns (1000
-// ns) on. [P] Fig. 5 shows it.
+// Signal Process. 63 (2015), for moduli M Gamma_k with pairwise coprime integers Gamma_k. It is
+// right as long as remainders err by less than M / 4. Moduli are rounded to multiples of unit_ns
+// first, which every turn adds to the error: with 99.9 and 104.1 ns it fails from ten turns (1000
+// ns) on, as [P] Fig. 5 shows.
 //
 // Errors: not found for fewer than two remainders, for ratios that are not pairwise coprime, or for
 // a least common multiple above 2^53 units.

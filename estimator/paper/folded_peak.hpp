@@ -14,12 +14,9 @@ struct FoldedPeak {
 };
 
 // Folds the photons, whose motion is taken out (T_j f' / f), on the train's period, finds the peak
-// of the histogram, and counts. In a window of four pulse widths about the peak there are signal
-// and background, outside of it background alone. The delay is the mean of the photons in the
-// window.
-//
-// Not found where there are no photons, or where the period is not above twice the window. Source:
-// [P], censoring with a short window.
+// of the histogram, and counts: within four pulse widths of it there are signal and background,
+// outside background alone. The delay is the mean of the photons in that window. Not found without
+// photons, or where the period is not above twice the window. Source: [P], censoring.
 FoldedPeak find_folded_peak(const TrainPhotons& photons, double velocity_mps,
                             const PulseShape& shape);
 

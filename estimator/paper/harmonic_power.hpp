@@ -9,11 +9,9 @@
 namespace splid::paper {
 
 // How much the photons of a train stand out once a motion is taken out of them: the sum of squares
-// of the photons, folded on 1 / f' = period / (1 - g) and smoothed by the pulse. By Parseval this
-// is the power of sum_j exp(2 pi i h f' T_j) summed over the harmonics h, each weighted by the
-// pulse's own.
-//
-// Each photon is shared between the two bins beside it, so that the power is continuous in g.
+// of the photons, folded on 1 / f' = period / (1 - g) and smoothed by the pulse, which is the power
+// of all harmonics (fourier_velocity.hpp). Each photon is shared between the two bins beside it, so
+// that the power is continuous in g.
 class HarmonicPower {
  public:
   // bins: 4 at least, of about a pulse width.

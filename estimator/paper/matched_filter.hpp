@@ -12,12 +12,9 @@
 namespace splid::paper {
 
 // Finds the delay with the largest sum_j log(b~ + S~ sum_p a_p h(T_j - tau - t_p)), for a target at
-// rest, with S~ = 1 and b~ = 1e-3 / ns. The delays tried are a quarter to half of a pulse width
-// apart, or a 2^21th of the period where that is wider. Source: [P] Eq. 8.
-//
-// The sum is the correlation of two functions on the circle of the pattern period: the photons, and
-// log(1 + S~ / b~ sum_p a_p h). It is done by FFT, in a time of B log B for B delays, however many
-// photons and pulses there are.
+// rest, with S~ = 1 and b~ = 1e-3 / ns, among delays a quarter to half of a pulse width apart, or a
+// 2^21th of the period where that is wider. The sum is a correlation on the circle of the period,
+// by FFT: B log B for B delays, however many photons there are. Source: [P] Eq. 8.
 class MatchedFilter {
  public:
   MatchedFilter(const EmissionTimes& emission, const PulseShape& shape);
@@ -33,14 +30,10 @@ class MatchedFilter {
   std::vector<std::complex<double>> waves_;  // half of the filter's spectrum
 };
 
-// Signal and background by counting, for a target at delay_ns that may move at up to max_speed_mps.
-// Photons within windows of t_win = 4 sigma + 4 v_max t_a / c about each pulse are signal and
-// background, photons outside are background alone. Source: [P] Eq. 9 and 10.
-//
-// Where the windows leave less than 1 % of the time (at 50 ms and 150 m/s they are 100 ns wide, and
-// there are 40 of them in 3780 ns), no place is left to count the background in. Half of the
-// photons then count as signal and half as background. The refinement of S and b, whose likelihood
-// has a single maximum, does not depend on it.
+// Signal and background by counting, for a target at delay_ns that may move at up to max_speed_mps:
+// within windows of t_win = 4 sigma + 4 v_max t_a / c about each pulse both, outside background
+// alone. Where the windows leave less than 1 % of the time, as 40 of 100 ns do in 3780 ns, half of
+// the photons count as signal; the refinement does not depend on it. Source: [P] Eq. 9 and 10.
 struct Counting {
   double signal_per_pulse = 0;   // of a pulse of amplitude 1; >= 0
   double background_per_ns = 0;  // of the pattern's clock; >= 0

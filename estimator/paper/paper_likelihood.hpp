@@ -19,14 +19,10 @@ struct PaperParameters {
 
 // The log-likelihood as [P] writes it: l = -integral lambda + sum_j log lambda(T_j), with Eq. 2's
 // lambda(t) = b + S sum_e a_e h(t - tau / (1 - beta) - e (1 + beta) / (1 - beta)) over all emission
-// times e, those before the frame included ([P] Eq. 4 and 7, whose print lacks the logarithm).
+// times e, those before the frame included ([P] Eq. 4 and 7, whose print lacks the logarithm), less
+// that of no target, S = 0 and b = N / t. Pulses in a loss count by their mean rate.
 //
-// Values are gains over no target, which is S = 0 and b = N / t. They are some thousands where l
-// itself is 1e5, which leaves the optimiser two more digits.
-//
-// Design note: this is written from [P]'s formula in (tau, v), apart from Likelihood, which works
-// on delay lines about mid-frame, so that the two check each other. Pulses in a loss count by their
-// mean rate.
+// Design note: written in (tau, v), apart from LogLikelihood, so that the two check each other.
 class PaperLikelihood {
  public:
   PaperLikelihood(const CorrectedTimes& frame, const EmissionTimes& emission,

@@ -51,27 +51,20 @@ struct PaperResult {
 // The method of [P], kept whole as the yardstick for splid's own search: Fourier analysis and
 // censoring (periodic modes), with a Chinese remainder theorem where there are several periods
 // (MRR, interleaved), or a matched filter at v = 0 and counting (random); then L-BFGS on (S, b) and
-// (tau, v) in turn.
-//
-// Its limits, as [P] names them or as they follow from it:
-//  - A target seen with a random pattern that moves by more than some 15 pulse widths in a frame
-//    (5 m/s in 50 ms) starts outside the reach of the refinement.
+// (tau, v) in turn. Its limits, as [P] names them or as they follow from it:
+//  - With a random pattern, a target that moves by more than some 15 pulse widths in a frame (5 m/s
+//    in 50 ms) starts outside the reach of the refinement.
 //  - A single pulse in each period needs more light for the Fourier analysis than for the
-//  likelihood
-//    (see fourier_velocity_mps()).
-//  - With MRR each photon counts for the train that plays when the photon arrives, so that trains
-//  have
-//    to be long against the delay. Where delays nearly repeat below the unambiguous delay
-//    (with 99.9 and 104.1 ns to 0.3 ns, within their common multiple of 34.7 us), the remainders
-//    have to be as good as that. With 48 photons of each rate they are in 8 to 9 frames of 10.
+//    likelihood (see fourier_velocity_mps()).
+//  - With MRR each photon counts for the train that plays when it arrives, so that trains have to
+//    be long against the delay. Where delays nearly repeat (with 99.9 and 104.1 ns to 0.3 ns within
+//    34.7 us), remainders have to be as good: with 48 photons of a rate in 8 to 9 frames of 10.
 //
-// Of the two remainder theorems in [P], the mixed-integer program is what users get. It has the
-// same answer as Wang's wherever Wang's applies, and the moduli of a calibrated pattern are never
-// whole numbers. Wang's is there for [P] Fig. 5, which compares the two.
+// Users get the mixed-integer program, which has the answer of Wang's theorem wherever that
+// applies; Wang's is there for [P] Fig. 5, which compares the two.
 //
-// Threads: one call at a time; objects share nothing. Errors: std::bad_alloc alone. Nothing is
-// found in frames that are not locked to their syncs, have fewer than 3 photons, or whose photons
-// all came at one time. Allocates, as it is for comparison and not for every frame.
+// Threads: one call at a time. Errors: std::bad_alloc alone. Allocates. Nothing is found in frames
+// that are not locked, have fewer than 3 photons, or whose photons all came at one time.
 class PaperMethod {
  public:
   // pattern: valid.

@@ -22,14 +22,12 @@ struct AcceleratedFit {
   likelihood::Maximum straight;
 };
 
-// Finds targets that accelerate. A quadratic term is tried by straightening the frame by it; what
-// is left is a straight line for TargetSearch. The terms that are tried lie so close that between
-// them a path stays in a delay bin of the search, and all photons count for each of them. The best
-// cells of all terms are then looked into with finer terms, and the likelihood is maximized in the
-// quadratic term too.
+// Finds targets that accelerate. A quadratic term is tried by straightening the frame by it, which
+// leaves a straight line for TargetSearch. The terms lie so close that a path stays in a delay bin
+// between them. The best cells of all terms are looked into with finer terms, then maximized.
 //
-// Design note: cost grows with the terms that are possible, a t_a^2 / 6 c. At 100 m/s^2 and bins of
-// ten widths of 0.1 ns a frame of 50 ms takes one look, 200 ms take five, and 1 s takes 37 looks.
+// Design note: cost grows as a t_a^2 / 6 c. At 100 m/s^2 and bins of ten widths of 0.1 ns a frame
+// of 50 ms takes one look, 200 ms take five, and 1 s takes 37 looks.
 class AccelerationSearch {
  public:
   // How far beyond the largest quadratic term is looked, in pulse widths, for the threshold: what a

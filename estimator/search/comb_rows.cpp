@@ -298,11 +298,8 @@ void CombRows::fill_part(const SearchGrid& grid, std::size_t group, const Part& 
   }
 }
 
-// Counts the photons of a group at the delays that each of the pulses gives them.
-//
-// Design note: a few hundred photons at a time, pulse by pulse. The loop over photons is long, even
-// where a part has one pulse, and the rows that the photons of a chunk lie in stay in the
-// first-level cache, since most photons stand in the order in which they came.
+// Counts the photons of a group at the delays that each of the pulses gives them, a few hundred
+// photons at a time: the rows that these lie in stay in the first-level cache.
 template <class Count>
 void CombRows::count_photons(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
                              std::span<const std::uint32_t> pulses, Count one, Count* rows) const {
@@ -331,9 +328,8 @@ void CombRows::part_phases(const Part& part, bool fits, std::size_t begin,
   for (std::uint32_t& phase : phases) phase /= part.copies;
 }
 
-// Shifts one row of all photons by each pulse and adds the rows. The shifts are rounded to bins, so
-// that a target's photons spread over two or three bins, but the cost does not grow with the number
-// of photons.
+// Shifts one row of all photons by each pulse and adds the rows: a target's photons spread over two
+// or three bins, but the cost does not grow with the number of photons.
 template <class Count>
 void CombRows::add_shifted_rows(const SearchGrid& grid, std::size_t group, const Part& part,
                                 bool fits, std::uint32_t bins, Count* rows, Count* histogram) {

@@ -28,17 +28,14 @@ struct SearchGrid {
 // Correlates slices of a frame with the pulse train: bin d of row s counts the photons of slice s
 // that a target with the delay of bin d explains. Amplitudes do not count.
 //
-// A comb that is made of periodic parts is taken apart into them, as interleaved combs and the
-// segments of MRR trains are. A photon is then counted once for each part, in a row that is one
-// period of the part long; copies of that row side by side make the whole row. With other combs a
-// photon is counted once for each pulse, or rows of photons are shifted and added pulse by pulse,
-// whichever is less work.
+// Of a comb that is made of periodic parts (interleaved, or a segment of MRR) a photon is counted
+// once for each part, in a row of one period of it, copies of which make the whole row. With other
+// combs it is counted once for each pulse, or rows are shifted and added, whichever is less work.
 class CombRows {
  public:
   CombRows(const PulseTrain& train, std::size_t max_photons, const SearchKernels& kernels);
 
-  // A number of bins in the circle that is good for all periodic parts: with it, or with a multiple
-  // of it, every part's period is a whole number of bins.
+  // A number of bins in the circle with which, and with its multiples, parts have whole periods.
   [[nodiscard]] std::uint32_t fitting_bins() const;
 
   // Cuts a frame into slices, and moves its photons back along lines of this range walk.
@@ -56,10 +53,9 @@ class CombRows {
   // Of a comb that is made of periodic parts, how many periods of each part the circle has; empty
   // where it is made of less than two.
   [[nodiscard]] std::vector<std::uint32_t> part_copies() const;
-  // Of a comb that is made of periodic parts, how many bins one period of each part has. Rows of
-  // the circle are then the sum of those that fill_part_period() fills, side by side, but that
-  // photons at pulses which are in two parts count twice. Empty where that is not so, whatever the
-  // frame. Valid until the next call.
+  // How many bins one period of each part has. Rows of the circle are then the sum of those that
+  // fill_part_period() fills, side by side, but that photons at pulses of two parts count twice.
+  // Empty where the comb has no such parts. Valid until the next call.
   [[nodiscard]] std::span<const std::uint32_t> part_bins(const SearchGrid& grid);
   // Fills grid.slices rows of one period of a part; returns a number that no cell exceeds.
   template <class Count>

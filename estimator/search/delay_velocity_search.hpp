@@ -30,13 +30,10 @@ struct DelayCell {
 };
 
 // Searches all delays, and all range walks up to a limit, at once. The frame is cut into slices so
-// short that the delay of the fastest target walks one bin in each. The photons of each slice are
-// correlated with the pulse train (CombRows), and a Taylor tree adds the slices along all straight
-// lines (TaylorTree). Of a comb that is made of periodic parts, each part is added up over one of
-// its periods (PartLines).
+// short that the delay of the fastest target walks one bin in each. CombRows correlates each slice
+// with the pulse train, and TaylorTree (PartLines: of periodic parts) adds them along all lines.
 //
-// Cost: that of CombRows, and 2 bins * slices * log2(slices) additions, where bins are those of the
-// circle, or of the parts' periods.
+// Cost: that of CombRows, and 2 bins * slices * log2(slices) additions.
 class DelayVelocitySearch {
  public:
   static constexpr std::size_t max_cells = 16;
@@ -56,9 +53,8 @@ class DelayVelocitySearch {
 
   static constexpr std::size_t max_delays = 5;
   // The best delays for a known range walk, those with the most photons first and at least four
-  // bins apart, in a grid of one slice. It is a look at all delays at once, for patterns that
-  // partly fall on themselves at other delays, as half of an interleaved pattern does. Valid until
-  // the next call.
+  // bins apart, in a grid of one slice: for patterns that partly fall on themselves elsewhere.
+  // Valid until the next call.
   std::span<const DelayCell> best_delays(const FoldedFrame& frame, double walk_ns,
                                          const SearchGrid& grid);
 

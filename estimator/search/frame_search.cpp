@@ -22,10 +22,8 @@ constexpr int most_followed = 20;
 // A followed target whose signal has changed by so many deviations is looked for anew.
 constexpr double changed_deviations = 4;
 
-// Design note: a look at all delays costs as much as everything else in a followed frame. The odds
-// of the frame's range grow as its gain does, at the odds for each nat of gain that the last
-// searched frame had. Where the odds expected so are above 40 nats, far above those of a risk of
-// 1e-8, the look is left out.
+// Design note: a look at all delays costs as much as all else in a followed frame. It is left out
+// where the odds that the gain promises, by those of the last searched frame, are above 40 nats.
 constexpr double sure_odds_nats = 40;
 constexpr double longest_gap_ps = 1e12;
 

@@ -24,12 +24,9 @@ constexpr double same_range_widths = 5;
 double spread(double variance) { return std::sqrt(2 * std::numbers::pi * variance); }
 
 // The logarithm of the area that a gaussian peak at `at` has within +-most, over that of a box of
-// the peak's height there.
-//
-// Design note: fits are not held to the speeds that the search starts from. In a short frame two
-// photons of the target and one of the background look like a faster target, with a gain that
-// chance alone does not have, so that peaks beyond the largest speed lose mass. They lose 20 nats
-// at most, so that a bright target which is faster than the configuration says is still found.
+// the peak's height there. Fits are not held to the speeds searched: in a short frame three photons
+// may look like a faster target, so that peaks beyond the largest speed lose mass, but 20 nats at
+// most: a bright target that is faster than the configuration says is still found.
 double share_nats(double at, double variance, double most) {
   constexpr double least_nats = -20;
   const double unit = std::sqrt(2 * variance);

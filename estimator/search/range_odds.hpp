@@ -10,29 +10,21 @@
 
 namespace splid {
 
-// How sure a frame's range is: the logarithm of the posterior mass of its best peak over the mass
-// of everything else in the plane of delay and range walk, where all delays and range walks are
-// taken as equally likely beforehand. The range of a frame with odds of x nats is wrong with a
-// probability of about 1 / (1 + e^x).
+// How sure a frame's range is: the logarithm of the posterior mass of its best peak over that of
+// everything else in the plane of delay and range walk, which is even beforehand. A range with odds
+// of x nats is wrong with a probability of about 1 / (1 + e^x).
 //
-// The mass of a peak is exp(gain) times its Laplace volume: sqrt(det 2 pi covariance) of delay and
-// range walk, relative to all that are possible, and of the signal, relative to the best peak's
-// signal. A peak that is partly beyond the largest speed has less mass. Against the best peak stand
-//  - the other maxima that the search found: those of other cells, and those at side lobes
-//    of the comb's autocorrelation;
-//  - chance, which is every place that nobody looked at. Light that has nothing to do with a place
-//    gains nothing there on average: the likelihood ratio to no target has the mean 1 over the
-//    plane, whatever the pattern, the signal and the number of photons. The mass of chance is that
-//    of the prior, 1.
+// The mass of a peak is exp(gain) times its Laplace volume: of delay and range walk, relative to
+// all that are possible, and of the signal, relative to the best peak's; the part beyond the
+// largest speed is left out. Against the best peak stand the other maxima that the search found,
+// and chance, of mass 1: the mean likelihood ratio to no target of all places nobody looked at.
 //
-// Design note: chance is taken at its mean, and not as this frame has it. The mean comes from rare
-// high places, and a frame with such a place has it among its peaks too, so that it counts twice.
-// The odds are too low by some 1 to 2 nats for that, but need no sum over the plane.
+// Design note: that mean comes from rare high places, which a frame that has them counts among its
+// peaks too: the odds are too low by 1 to 2 nats, but need no sum over the plane.
 class RangeOdds {
  public:
   // volume: all delays and range walks that are possible. Its period is the circle that delays are
-  // told apart on; in mode `ambiguous` that is the unambiguous delay, and the odds are those of the
-  // delay within it.
+  // told apart on; in mode `ambiguous` that is the unambiguous delay.
   explicit RangeOdds(const SearchVolume& volume);
 
   void clear() { peaks_.clear(); }

@@ -11,15 +11,12 @@ struct SearchVolume {
   double max_quadratic_ns = 0;  // quadratic terms: -max to max; 0 for a straight path
 };
 
-// The threshold of the significance: the log-likelihood gain over no target, in nats, that a frame
-// without a target exceeds somewhere in the volume with the probability false_alarm_rate (above 0,
-// to 0.5).
+// The gain over no target, in nats, that a frame without a target exceeds somewhere in the volume
+// with the probability false_alarm_rate (above 0, to 0.5).
 //
-// Source: sqrt(2 gain) of a known pulse at an unknown place is a smooth random field of unit
-// variance. The number of its excursions above u has the mean sum_d R_d rho_d(u) (Adler and Taylor
-// 2007, the expected Euler characteristic), which is the probability of an excursion where it is
-// small. The field of a gaussian matched filter has the gradient variance 1 / (2 width^2) in delay,
-// a twelfth of that in range walk, and a fifth in the quadratic term.
+// Source: sqrt(2 gain) of a known pulse at an unknown place is a smooth field of unit variance. Its
+// excursions above u have the mean sum_d R_d rho_d(u) (Adler and Taylor 2007). Its gradient's
+// variance is 1 / (2 width^2) in delay, a twelfth in range walk, a fifth in the quadratic term.
 double significance_threshold_nats(const SearchVolume& volume, double false_alarm_rate);
 
 }  // namespace splid

@@ -325,9 +325,7 @@ Maximum TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, D
 }
 
 // Tries the side lobes: delays at which half of an interleaved comb's pulses fall on others, or all
-// pulses of a nearly even comb, but not quite. Where the best cell was at a side lobe, the peak has
-// the same range walk and another delay, and a side lobe may have one that is better again.
-// Every delay that is no better counts against the range of the best one.
+// of a nearly even comb, but not quite. Each that is no better counts against the best one's range.
 void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level, Maximum& best) {
   const DelayTrack found = best.track();
   tried_ns_.assign(1, found.delay_ns);

@@ -85,11 +85,8 @@ class TargetSearch {
   Maximum judge(const FoldedFrame& frame, const likelihood::Model& at);
   [[nodiscard]] likelihood::Maximizer& maximizer() { return maximizer_; }
   // How sure a fit's range is, in nats (see RangeOdds), against the peaks that the last find(), or
-  // find_near() and look_beside(), came by. Where the last frame was settled by a sample of its
-  // photons, the odds are not above those of the sample.
-  //
-  // There are no odds, 0, where the combs of two other places meet at the fit's that are as high as
-  // it is: then either pair may be the two targets of the frame, and the highest one is chance.
+  // find_near() and look_beside(), came by, and no surer than in a sample that settled the search.
+  // 0 where the combs of two places as high meet at the fit's: either pair may be the two targets.
   [[nodiscard]] double range_odds_nats(const Maximum& fit) const;
   [[nodiscard]] const PulseShape& shape() const { return shape_; }
   // Where the combs of two targets meet.

@@ -14,17 +14,11 @@ namespace splid {
 // range walk 0, 1, ... `most` bins from the first slice to the last, in log2(slices) passes of
 // plain additions. Source: Taylor 1974, for the de-dispersion of pulsars.
 //
-// Design note: the additions are bound by the memory that they pass over. Sums are kept in bytes
-// for as long as the largest of them allows, then in 16 bits, then in 32; in [P]'s frame the sums
-// of 64 slices are below 256 where there is no target. Two passes are made at once where sums of
-// four cells fit, and the first pass reads the slices' rows where they are: all lines of 3,780 bins
-// in 64 slices take 0.10 ms so, with the comparison (bench/frame_parts, random pattern). The last
-// pass is not written down at all: each line is compared while it is added.
-//
-// Where a block and its lines are longer than the circle twice, as in a long frame with lines that
-// go around it often, each row holds the circle twice, and each sum is made once. A frame of 15 s
-// with 150 m/s has lines of 3,336 bins around a circle of 840: a row then takes a third of the
-// memory, and one of a periodic part of 42 bins a thirtieth.
+// Design note: memory bounds the additions. Sums are kept in bytes while the largest allows it,
+// then in 16 and 32 bits; two passes are made at once where sums of four cells fit; the first reads
+// the slices' rows where they are, and the last is compared while it is added: all lines of 3,780
+// bins in 64 slices take 0.10 ms (bench/frame_parts, random pattern). Where lines go around the
+// circle often, as 3,336 bins around 840 in 15 s at 150 m/s, a row holds the circle twice.
 class TaylorTree {
  public:
   // grids: all that add_up() will be given.

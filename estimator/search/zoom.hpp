@@ -17,11 +17,8 @@ struct ZoomResult {
 
 // Finds the line with the most entries of a near set, by ever finer steps: from a search cell down
 // to boxes of four pulse widths that move by one width, at which the likelihood has a single
-// maximum.
-//
-// The set is cut into 32 slices of time, with a histogram each, and for every range walk the
-// histograms are added along its line. So each stage passes over the photons once, and its other
-// cost does not grow with their number.
+// maximum. Histograms of 32 slices of time are added along each line, so that each stage passes
+// over the photons once.
 class Zoom {
  public:
   // width_ns, peak_offset_ns: those of the PulseShape.

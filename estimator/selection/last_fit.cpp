@@ -86,12 +86,10 @@ void TargetSelection::sort_by_signal() {
   }
 }
 
-// Puts pairs where their light is as well another pair's, and notes by how much that is the worse.
-//
-// Design note: two targets of the same signal whose delays differ by a multiple of 9 ns make two
-// more whole combs with an interleaved pattern of 180 and 189 ns (CombMeetings). All four places
-// gain as much, and the two pairs differ in the light of the pulses that are of both rates alone,
-// one pulse in 41. Of three targets and more, several pairs may have to change places.
+// Puts pairs where their light is as well another pair's, and notes by how much that is the worse:
+// two targets alike whose delays differ by a multiple of 9 ns make two more whole combs of 180 and
+// 189 ns (CombMeetings), and the two pairs differ in one pulse of 41. Of three targets and more,
+// several pairs may have to change places.
 void TargetSelection::try_other_places() {
   for (std::size_t round = 0; round < most_targets; ++round) {
     const Maximum found = all_;

@@ -14,13 +14,9 @@ struct MeasuredPeriod {
 };
 
 // The pattern period over a whole recording: the least-squares line through the pattern starts that
-// the fits of the frames give ([P] Eq. 19 has the period of one frame, see drift_regression.hpp).
-// Periods are counted from frame to frame. After a pause of more than some frames' lengths, and
-// where a clock was set anew or the generator began again, a new line of the same slope begins:
-// what the pattern did meanwhile is not known. A line of one frame has the slope that this frame's
-// syncs say.
-//
-// Grows by 56 bytes for each frame.
+// the fits of the frames give. Periods are counted from frame to frame. After a pause of some
+// frames' lengths, and where a clock was set anew or the generator began again, a new line of the
+// same slope begins; one of a single frame has the slope of its syncs. Grows by 56 bytes a frame.
 class RecordingPeriod {
  public:
   // Frames that are not locked are passed over.

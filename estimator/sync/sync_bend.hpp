@@ -48,11 +48,8 @@ struct BlockMedians {
 // Nothing where the syncs are less than 64, or where most are far from the line.
 std::optional<BlockMedians> block_medians(std::span<const double> syncs, const Line& line);
 
-// The line through the medians, which bends where they surely bend.
-//
-// Design note: the bend is then known to 0.2 sigma at the ends of the sampled syncs. Over four
-// times their length it is off by 49 times as much, 100 ps for 10 ps of jitter, so that the window
-// of +-5 ns still holds the syncs there.
+// The line through the medians, which bends where they surely bend: known to 0.2 sigma at the ends
+// of the sampled syncs, and over four times their length to 100 ps for 10 ps of jitter.
 std::optional<Line> bent_line(std::span<const double> syncs, Line line);
 
 // How far apart the medians are, about a straight line, where neither a line nor a parabola

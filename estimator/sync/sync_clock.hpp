@@ -20,13 +20,10 @@
 
 namespace splid {
 
-// Fits the pattern's clock to the syncs of one frame after the other. Syncs are counted by time and
-// not by number, so that missing, doubled and stray syncs do no harm, nor instruments that send
-// only the syncs beside photons.
-//
-// Errors: none; a fit that fails is not locked. No allocation after construction for frames of up
-// to max_syncs; of more syncs an even subset is used. Remembers the last period that it locked to,
-// and nothing else.
+// Fits the pattern's clock to the syncs of one frame after the other. Syncs are counted by time, so
+// that missing, doubled and stray syncs do no harm. A fit that fails is not locked. No allocation
+// after construction for frames of up to max_syncs; of more syncs an even subset is used. Remembers
+// the last period that it locked to, and nothing else.
 class SyncClock {
  public:
   // calibrated_period_ps: > 0, the pattern period of the calibration, or the nominal one, in the

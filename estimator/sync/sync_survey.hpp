@@ -9,12 +9,9 @@
 
 namespace splid {
 
-// The period of a recording's syncs where nobody says what it should be. find_sync_period_ps()
-// guesses it from the first syncs; SyncClock then measures it batch by batch of syncs, as it does
-// frame by frame elsewhere, and RecordingPeriod joins the batches. Doubled, missing and stray syncs
-// do no harm, as in SyncClock.
-//
-// Allocates 56 bytes for each batch (50 ms, or 16,384 syncs).
+// The period of a recording's syncs where nobody says what it should be: find_sync_period_ps()
+// guesses it, SyncClock measures it batch by batch (50 ms, or 16,384 syncs), and RecordingPeriod
+// joins the batches. Allocates 56 bytes for each batch.
 class SyncSurvey {
  public:
   // In the stream's order.
