@@ -112,30 +112,6 @@ std::int64_t modulo(std::int64_t value, std::int64_t modulus) {
   return rest < 0 ? rest + modulus : rest;
 }
 
-// The inverse of value: value * inverse = 1 modulo modulus. value and modulus are coprime.
-std::int64_t inverse_of(std::int64_t value, std::int64_t modulus) {
-  std::int64_t a = modulo(value, modulus);
-  std::int64_t b = modulus;
-  std::int64_t x = 1;
-  std::int64_t y = 0;
-  while (b != 0) {
-    const std::int64_t quotient = a / b;
-    std::swap(a -= quotient * b, b);
-    std::swap(x -= quotient * y, y);
-  }
-  return modulo(x, modulus);
-}
-
-// factor_a * factor_b modulo modulus, by doublings, since the product itself may pass 2^63.
-std::int64_t product_modulo(std::int64_t a, std::int64_t b, std::int64_t modulus) {
-  std::int64_t product = 0;
-  for (; b > 0; b /= 2) {
-    if (b % 2 != 0) product = (product + a) % modulus;
-    a = a * 2 % modulus;
-  }
-  return product;
-}
-
 }  // namespace
 
 CrtSolution crt_mixed_integer(std::span<const Remainder> remainders, double limit_ns) {
@@ -176,15 +152,13 @@ CrtSolution crt_wang(std::span<const Remainder> remainders, double unit_ns) {
   const double rest_ns = common_remainder_ns(remainders, common_ns);
 
   // Remainder k less the common remainder is q_k M. The number that is sought is q_k modulo
-  // Gamma_k, for every k.
+  // Gamma_k, for every k: less than Gamma_k steps of the product of the others lead there.
   std::int64_t quotient = 0;
   std::int64_t product = 1;
   for (std::size_t k = 0; k < remainders.size(); ++k) {
     const std::int64_t ratio = whole.ratios[k];
     const std::int64_t q = std::llround((remainders[k].value_ns - rest_ns) / common_ns);
-    const std::int64_t steps =
-        product_modulo(modulo(q - quotient, ratio), inverse_of(product, ratio), ratio);
-    quotient += product * steps;
+    while (modulo(q - quotient, ratio) != 0) quotient += product;
     product *= ratio;
   }
   CrtSolution solution;
