@@ -34,7 +34,7 @@ std::array<Verdict, most_targets> FrameChecks::judge(const FrameView& view,
 std::optional<Finding> FrameChecks::take_stray_light(FoldedFrame& frame, const DelayTrack& target) {
   const std::optional<Finding> finding = stray_.look(findings_.map(), frame, target);
   if (finding) {
-    cleaned_.take_some(stray_.stays(), 0, frame);
+    cleaned_.take_some(stray_.stays(), frame);
     std::swap(cleaned_, frame);
   }
   return finding;

@@ -23,7 +23,7 @@ class StrayLight {
   // about the track. Empty where no pulse has, or many have.
   std::optional<Finding> look(const ResidualMap& map, const FoldedFrame& frame,
                               const DelayTrack& track);
-  // The frame without that light: for FoldedFrame::take_some(), bit 0.
+  // The frame without that light: for FoldedFrame::take_some().
   [[nodiscard]] std::span<const std::uint8_t> stays() const { return stays_; }
 
  private:

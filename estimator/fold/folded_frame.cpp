@@ -148,8 +148,7 @@ void FoldedFrame::take_every(std::size_t step, const FoldedFrame& all) {
 
 // Design note: every photon is written, and the next one overwrites those that are left out. No
 // branch hangs on which these are, which takes a third of the time.
-void FoldedFrame::take_some(std::span<const std::uint8_t> stays, unsigned bit,
-                            const FoldedFrame& all) {
+void FoldedFrame::take_some(std::span<const std::uint8_t> stays, const FoldedFrame& all) {
   begin_like(all, *this);
   for (auto* values : {&phase_ns, &time_ns}) values->resize(all.size());
   phase_32.resize(all.size());
@@ -159,7 +158,7 @@ void FoldedFrame::take_some(std::span<const std::uint8_t> stays, unsigned bit,
       phase_ns[taken] = all.phase_ns[i];
       time_ns[taken] = all.time_ns[i];
       phase_32[taken] = all.phase_32[i];
-      taken += stays[i] >> bit & 1U;
+      taken += stays[i];
     }
     group_end.push_back(taken);
   }

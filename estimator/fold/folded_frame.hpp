@@ -61,9 +61,8 @@ struct FoldedFrame {
   // Becomes every step-th photon of another frame: a sample that shows the same target, with the
   // rates divided by step.
   void take_every(std::size_t step, const FoldedFrame& all);
-  // Becomes another frame without the photons in whose entry of `stays` the bit is 0. stays: one
-  // entry for each photon.
-  void take_some(std::span<const std::uint8_t> stays, unsigned bit, const FoldedFrame& all);
+  // Becomes another frame without the photons whose entry of `stays`, 0 or 1, is 0.
+  void take_some(std::span<const std::uint8_t> stays, const FoldedFrame& all);
   [[nodiscard]] std::size_t size() const { return phase_ns.size(); }
   [[nodiscard]] double reach_ns() const { return reach_ns_; }
   // How much of the time seen the detector was dead, where that is known; tagger's clock.

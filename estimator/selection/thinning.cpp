@@ -41,7 +41,7 @@ const FoldedFrame& Thinning::rest(const FoldedFrame& frame, const likelihood::Mo
   for (std::size_t i = 0; i < frame.size(); ++i) {
     if (taken_[i] > 0) stays_[i] = lot_of(i) * (taken_[i] + kept_[i]) < kept_[i] ? 1 : 0;
   }
-  rest_.take_some(stays_, 0, frame);
+  rest_.take_some(stays_, frame);
   return rest_;
 }
 
