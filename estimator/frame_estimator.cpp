@@ -8,7 +8,7 @@
 #include "estimator/checks/frame_checks.hpp"
 #include "estimator/checks/input_split.hpp"
 #include "estimator/checks/light_flicker.hpp"
-#include "estimator/fold/dead_time_model.hpp"
+#include "estimator/fold/dead_intervals.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/frame_values.hpp"
 #include "estimator/model/pulse_shape.hpp"
@@ -46,7 +46,7 @@ struct FrameEstimator::Workspace {
   std::unique_ptr<PulseShape> shape;
   bool is_width_fitted;
   FoldedFrame frame;
-  std::optional<DeadTimeModel> dead_time;  // where it is modelled
+  std::optional<DeadIntervals> dead_time;  // where it is modelled
   FrameSearch search;
   TargetFit target_fit;
   std::unique_ptr<paper::PaperMethod> by_paper;         // null: method search
@@ -65,9 +65,7 @@ struct FrameEstimator::Workspace {
         frame(train, max_photons, FrameSearch::reach_ns(scene, *shape, frame_length_ms * 1e6)),
         dead_time(dead_time_of(detector, options, inputs, max_photons)),
         search(pattern, train, *shape, scene, options, frame_length_ms * 1e6, max_photons,
-               dead_time ? std::optional<DeadIntervals>(std::in_place, train, detector.dead_time_ns,
-                                                        inputs, max_photons, frame.reach_ns())
-                         : std::nullopt),
+               dead_time_of(detector, options, inputs, max_photons)),
         target_fit(search, *shape, train, scene.motion, is_width_fitted, dead_time.has_value(),
                    max_photons) {
     if (options.method == Method::paper) {
@@ -87,14 +85,14 @@ struct FrameEstimator::Workspace {
     }
   }
 
-  [[nodiscard]] std::optional<DeadTimeModel> dead_time_of(const DetectorOptions& detector,
+  [[nodiscard]] std::optional<DeadIntervals> dead_time_of(const DetectorOptions& detector,
                                                           const EstimatorOptions& options,
                                                           std::size_t inputs,
                                                           std::size_t max_photons) const {
     const bool is_modelled = detector.dead_time == DeadTime::modelled &&
                              detector.dead_time_ns > 0 && options.method == Method::search;
     if (!is_modelled) return std::nullopt;
-    return DeadTimeModel(train, detector.dead_time_ns, inputs, max_photons, frame.reach_ns());
+    return DeadIntervals(train, detector.dead_time_ns, inputs, max_photons, frame.reach_ns());
   }
   // From a delay in the pattern's clock to that delay in the clock that is taken to be right.
   [[nodiscard]] double to_reference() const {
@@ -111,7 +109,7 @@ struct FrameEstimator::Workspace {
                                Effort most);
   std::optional<Start> start_by(Look look, const FrameView& view, const TargetTrack* track,
                                 Effort most);
-  Found fit(Look look, const Start& start, const FrameView& view);
+  Found fit(Look look, const Start& start);
   void select(Found& found, Effort most);
   void report_light(Estimate& estimate) const;
   void report(const FrameView& view, const Found& found, Estimate& estimate);
@@ -145,8 +143,7 @@ bool FrameEstimator::Workspace::fold(const FrameView& view, Estimate& estimate) 
   estimate.status = view.sync.locked ? FrameStatus::no_target : FrameStatus::no_sync;
   if (!view.sync.locked || estimate.photons == 0 || seen_ns <= 0) return false;
   frame.fold(view, train);
-  frame.dead = nullptr;
-  if (dead_time) dead_time->look(view, frame);
+  frame.dead = dead_time && dead_time->find(view, train) ? &*dead_time : nullptr;
   return true;
 }
 
@@ -209,7 +206,7 @@ std::optional<Found> FrameEstimator::Workspace::find_by(Look look, const FrameVi
                                                         const TargetTrack* track, Effort most) {
   const std::optional<Start> start = start_by(look, view, track, most);
   if (!start) return std::nullopt;
-  Found found = fit(look, *start, view);
+  Found found = fit(look, *start);
   if (!found.is_target) return found;
   select(found, most);
   if (checks) found.verdicts = checks->judge(view, frame, found.best, found.track_terms);
@@ -225,11 +222,8 @@ std::optional<Start> FrameEstimator::Workspace::start_by(Look look, const FrameV
 }
 
 // Fit.
-Found FrameEstimator::Workspace::fit(Look look, const Start& start, const FrameView& view) {
+Found FrameEstimator::Workspace::fit(Look look, const Start& start) {
   Found found{target_fit.fit(look, start, frame), {}, {}};
-  if (dead_time && dead_time->look_at_pulses(view, frame, found.best.signal_per_pulse())) {
-    found = {target_fit.fit_anew(look, found, frame), {}, {}};
-  }
   found.targets[0] = {found.best.gain_nats, found.odds_nats};
   return found;
 }
@@ -252,7 +246,8 @@ void FrameEstimator::Workspace::select(Found& found, Effort most) {
 
 // Report: the light as it is if none of the photons is from a target.
 void FrameEstimator::Workspace::report_light(Estimate& estimate) const {
-  if (dead_time) dead_time->say(frame, estimate);
+  estimate.dead_time_modelled = frame.dead != nullptr;
+  estimate.blind_fraction = frame.dead_ns() / frame.seen_ns;
   estimate.background_per_ns =
       static_cast<double>(estimate.photons) / frame.seen_ns / (1 - estimate.blind_fraction);
 }

@@ -10,7 +10,9 @@ namespace {
 
 constexpr std::size_t most_begins = 1024;  // photons before the frame, and losses
 constexpr double least_gap = 0.9;          // dead times between two detections
-constexpr double most_hidden = 0.95;       // of the light of an input
+constexpr double few_early = 2, most_early_deviations = 0.1;
+constexpr double most_blind = 0.999;
+constexpr double most_hidden = 0.95;  // of the light of an input
 
 using Times = std::span<const std::int64_t>;
 
@@ -92,13 +94,6 @@ std::span<const std::int64_t> DeadIntervals::in_order(std::span<const std::int64
   return times_ps_;
 }
 
-void DeadIntervals::share_roughly(const FrameView& frame) {
-  share = even_share_;
-  const Counts all = count_all(frame.photons_of_input);
-  if (even_share_ == 1 || !(all.photons > 0)) return;
-  share = blinded_share(frame.photons_of_input, all.photons, dead_time_ns / frame.seen_ns());
-}
-
 // Of the light behind a detection the other inputs show their part: a pair of photons within a dead
 // time is always one of two inputs. So the pairs within a dead time are the sum over all inputs of
 // c_k f (sum of the other inputs' c), where light is steady or comes in weak pulses.
@@ -113,7 +108,7 @@ void DeadIntervals::share_by_pairs(const FrameView& frame, std::span<const std::
   share = blinded_share(frame.photons_of_input, all.photons, hidden);
 }
 
-void DeadIntervals::find(const FrameView& frame, const PulseTrain& train) {
+bool DeadIntervals::find(const FrameView& frame, const PulseTrain& train) {
   const std::span<const std::int64_t> times_ps = in_order(frame.photons_ps);
   ends_ps_.clear();
   begins_ps_.clear();
@@ -143,6 +138,10 @@ void DeadIntervals::find(const FrameView& frame, const PulseTrain& train) {
   ends.fold(edges, train);
   edges.photons_ps = begins_ps_;
   begins.fold(edges, train);
+  const double most_early =
+      few_early + most_early_deviations * std::sqrt(static_cast<double>(times_ps.size()));
+  return (share < 1 || static_cast<double>(early) <= most_early) &&
+         dead_ns <= most_blind * frame.seen_ns();
 }
 
 void DeadIntervals::straighten(const DeadIntervals& curved, double quadratic_ns,

@@ -36,10 +36,10 @@ struct DeadIntervals {
   // train: as for FoldedFrame. inputs: >= 1.
   DeadIntervals(const PulseTrain& train, double dead_time_ns, std::size_t inputs,
                 std::size_t max_photons, double reach_ns);
-  // Sets `share` roughly, as if the light were spread evenly over the frame.
-  void share_roughly(const FrameView& frame);
-  // frame: locked to its syncs. Sets all members.
-  void find(const FrameView& frame, const PulseTrain& train);
+  // frame: locked to its syncs. Sets all members. False where the detections contradict the dead
+  // time: more of them follow each other sooner than moves a value by a tenth of its deviation, or
+  // hardly any time is left in which the detector could have been live.
+  bool find(const FrameView& frame, const PulseTrain& train);
   // Becomes the dead time of the frame that FoldedFrame::straighten() makes: all ends and begins
   // move back, as the photons do. curved: of the same detector.
   void straighten(const DeadIntervals& curved, double quadratic_ns, const PulseTrain& train);

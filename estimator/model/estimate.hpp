@@ -65,9 +65,8 @@ struct Estimate : TargetEstimate {
   double std_pulse_sigma_ns = 0;  // deviation is above 0, which it is where the width was fitted
   double threshold_nats = 0;      // the significance that false_alarm_rate asks for
   FoundList recent_findings;      // of the last 50 to 100 frames together
-  // Whether the dead time does not bias the values: it is modelled, or too short to matter. False
-  // where it is not known, not to be modelled, or contradicted by detections that follow each other
-  // sooner.
+  // Whether the dead time is modelled: false where it is not known, not to be modelled, or
+  // contradicted by detections that follow each other sooner.
   bool dead_time_modelled = false;
   // The share of the time seen in which the detector was dead (of several inputs that share
   // the light, the share of the light that came on a dead one); 0 where dead_time_modelled is

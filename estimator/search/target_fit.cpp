@@ -56,16 +56,6 @@ FittedTarget TargetFit::fit(Look look, const Start& start, const FoldedFrame& fr
   return target;
 }
 
-FittedTarget TargetFit::fit_anew(Look look, const FittedTarget& before, const FoldedFrame& frame) {
-  Start start = before.start;
-  start.at.model = before.best.model;
-  if (start.is_exact) {
-    const DelayTrack& at = before.best.track();
-    start.at = search_.targets().fit(frame, {at.delay_ns, at.walk_ns}, search_.moves() ? 2 : 1);
-  }
-  return fit(look, start, frame);
-}
-
 void TargetFit::fit_path(Look look, FittedTarget& target) {
   const bool is_curved = motion_ == Motion::accelerating && search_.may_accelerate();
   target.track_terms = is_curved ? 3 : search_.moves() ? 2 : 1;

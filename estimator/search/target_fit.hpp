@@ -33,9 +33,6 @@ class TargetFit {
             bool is_width_fitted, bool may_be_dead, std::size_t max_photons);
 
   [[nodiscard]] FittedTarget fit(Look look, const Start& start, const FoldedFrame& frame);
-  // The same, where the frame has got its dead time since.
-  [[nodiscard]] FittedTarget fit_anew(Look look, const FittedTarget& before,
-                                      const FoldedFrame& frame);
 
  private:
   void fit_path(Look look, FittedTarget& target);
