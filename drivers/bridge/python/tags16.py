@@ -55,7 +55,8 @@ class Server:
         threading.Thread(target=self._send_all, daemon=True).start()
 
     def send(self, tags, begin_ps, end_ps):
-        """tags: an array of RECORD, sorted by time, all from begin_ps to end_ps.
+        """tags: an array of RECORD, sorted by time, all from begin_ps to end_ps, not to be changed
+        any more.
 
         begin_ps: the end_ps of the call before, or what lies between counts as lost.
         """
@@ -69,7 +70,7 @@ class Server:
             if self.client is None:
                 continue
             with contextlib.suppress(queue.Full):
-                self.blocks.put_nowait(header + part.tobytes())
+                self.blocks.put_nowait((header, part.view(numpy.uint8)))
 
     def close(self):
         """Sends what is left, and ends the connection."""
@@ -87,11 +88,12 @@ class Server:
 
     def _send_all(self):
         while True:
-            block = self.blocks.get()
+            header, part = self.blocks.get()
             client = self.client
             try:
                 if client:
-                    client.sendall(block)
+                    client.sendall(header)
+                    client.sendall(part)
             except OSError:
                 client.close()
                 if self.client is client:
