@@ -10,9 +10,10 @@ namespace splid {
 // has none.
 constexpr std::string_view unit_of_key(std::string_view key) {
   // The longest ending first.
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 21> units = {{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 22> units = {{
       {"_ppm_per_s", "ppm/s"},
       {"_per_pulse", "counts a pulse"},
+      {"_deg_per_s", "degrees/s"},
       {"_per_s", "counts/s"},
       {"_mps", "m/s"},
       {"_mps2", "m/s²"},

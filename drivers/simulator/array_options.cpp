@@ -56,6 +56,9 @@ void ArrayOptions::describe(OptionVisitor& visitor) {
   visitor.object(
       "picture", [this](OptionVisitor& members) { picture.describe(members); },
       "pictures of distance and velocity that the pixels look at, as a plane of any shape");
+  visitor.object(
+      "room", [this](OptionVisitor& members) { room.describe(members); },
+      "a room with flat walls, through which the sensor moves and turns");
   visitor.number("crosstalk_probability", crosstalk_probability, {0, 0.9},
                  "probability that a detection makes another in a neighbouring pixel");
   visitor.number("crosstalk_ns", crosstalk_ns, {0, 1e4},
@@ -77,6 +80,8 @@ std::optional<OptionFault> ArrayOptions::validate(std::int64_t first_input) cons
   }
   auto fault = picture.validate();
   if (fault) return inside(*fault, "/picture");
+  fault = room.validate();
+  if (fault) return inside(*fault, "/room");
   return std::nullopt;
 }
 

@@ -32,6 +32,7 @@ struct ArrayOptions {
   std::vector<ArrayInput> inputs;
   std::vector<Plane> planes;
   PictureOptions picture;
+  RoomOptions room;
   double crosstalk_probability = 0;  // that a detection makes a detection in a neighbour
   double crosstalk_ns = 1;           // mean time from the one to the other
 

@@ -18,23 +18,26 @@ class Surfaces {
   explicit Surfaces(const Options& options)
       : planes_(options.array.planes),
         picture_(options.array.picture),
+        room_(options.array.room),
         clock_rate_(options.tagger_rate()) {}
 
   [[nodiscard]] std::optional<Meeting> nearest(const Direction& direction) const {
     std::optional<Meeting> nearest = picture_.meet(direction);
-    for (const Plane& plane : planes_) {
-      std::optional<Meeting> met = plane.meet(direction);
-      if (!met) continue;
-      if (nearest && start_m(nearest->path, clock_rate_) <= start_m(met->path, clock_rate_))
-        continue;
-      nearest = std::move(met);
-    }
+    for (const Plane& plane : planes_) take_nearer(plane.meet(direction), nearest);
+    take_nearer(meet(room_, direction), nearest);
     return nearest;
   }
 
  private:
+  void take_nearer(std::optional<Meeting> met, std::optional<Meeting>& nearest) const {
+    if (!met) return;
+    if (nearest && start_m(nearest->path, clock_rate_) <= start_m(met->path, clock_rate_)) return;
+    nearest = std::move(met);
+  }
+
   std::vector<Plane> planes_;
   PictureSurface picture_;
+  RoomOptions room_;
   double clock_rate_;
 };
 
@@ -87,17 +90,20 @@ std::vector<ArrayPixel> array_pixels(const Options& options) {
   const ArrayOptions& array = options.array;
   const Surfaces surfaces(options);
   const std::int64_t count = array.columns * array.rows;
+  const bool one_detector = options.scanner.used();
   std::vector<const ArrayInput*> own(static_cast<std::size_t>(count), nullptr);
   for (const ArrayInput& input : array.inputs) {
     own[static_cast<std::size_t>(input.input - options.photon_input)] = &input;
   }
   Options scene = options;
   scene.array = {};
+  scene.scanner = {};
   std::vector<ArrayPixel> pixels;
   pixels.reserve(own.size());
   for (std::int64_t index = 0; index < count; ++index) {
     ArrayPixel& pixel = pixels.emplace_back(plain_pixel(scene, array, index));
     const ArrayInput* input = own[static_cast<std::size_t>(index)];
+    if (one_detector) pixel.scene.photon_input = options.photon_input;
     if (input != nullptr) set_own(pixel, *input);
     look(pixel, surfaces, input);
   }

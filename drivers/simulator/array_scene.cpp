@@ -39,6 +39,7 @@ class ListSink : public TagSink {
 // The syncs and markers of a scene, without its light.
 Options without_light(Options options) {
   options.array = {};
+  options.scanner = {};
   options.more_targets.clear();
   options.fog = {};
   options.foreign = {};

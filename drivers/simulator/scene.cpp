@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
+
+#include "drivers/simulator/array_pixels.hpp"
 
 namespace splid::simulator {
 namespace {
@@ -15,6 +18,26 @@ std::uint64_t seed_of(const Options& options) { return static_cast<std::uint64_t
 
 double gap_ps(double rate_per_s) { return rate_per_s > 0 ? ps_per_s / rate_per_s : 0; }
 
+std::optional<Scanner> scanner_of(const Options& options) {
+  if (!options.scanner.used()) return std::nullopt;
+  return Scanner(options.scanner, options.array.columns, options.array.rows);
+}
+
+SignalStream first_signal(const Pattern& pattern, const Options& options) {
+  const std::optional<Scanner> scanner = scanner_of(options);
+  if (!scanner) {
+    return {pattern, options.detection, drift_of(options),
+            TargetPath(options.target, options.tagger_rate()), seed_of(options)};
+  }
+  std::vector<Sight> pixels;
+  for (const ArrayPixel& pixel : array_pixels(options)) {
+    pixels.push_back({TargetPath(pixel.scene.target, options.tagger_rate()),
+                      pixel.scene.detection.signal_per_pulse});
+  }
+  return {pattern,           options.detection, drift_of(options),
+          std::move(pixels), *scanner,          seed_of(options)};
+}
+
 // A fog's random numbers are its own whatever targets there are. A photon meets nothing at 0 m.
 constexpr std::uint64_t fog_stream = 1'000'000;
 constexpr double nearest_fog_m = 1e-6;
@@ -22,8 +45,7 @@ constexpr double nearest_fog_m = 1e-6;
 std::vector<SignalStream> signals_of(const Pattern& pattern, const Options& options) {
   std::vector<SignalStream> signals;
   signals.reserve(2 + options.more_targets.size());
-  signals.emplace_back(pattern, options.detection, drift_of(options),
-                       TargetPath(options.target, options.tagger_rate()), seed_of(options));
+  signals.push_back(first_signal(pattern, options));
   for (const FurtherTarget& target : options.more_targets) {
     DetectionOptions detection = options.detection;
     detection.signal_per_pulse = target.signal_per_pulse;
@@ -61,7 +83,8 @@ Scene::Scene(const Pattern& pattern, const Options& options, Part part)
       background_gap_ps_(gap_ps(options.background_per_s())),
       background_(background_gap_ps_ > 0 ? FineTime{} : never),
       marker_gap_ps_(gap_ps(options.encoder_rate_hz)),
-      marker_(has_syncs_ && marker_gap_ps_ > 0 ? options.encoder_start() : never) {
+      marker_(has_syncs_ && marker_gap_ps_ > 0 ? options.encoder_start() : never),
+      scanner_(scanner_of(options)) {
   if (background_gap_ps_ > 0) next_background();
 }
 
@@ -71,7 +94,7 @@ bool Scene::write_until(std::int64_t until_ps, TagWriter& out) {
   if (has_syncs_) sync_.fill(until_ps);
   for (;;) {
     const std::int64_t first_ps =
-        std::min({next_signal().front(), sync_.pending().front(), marker_.rounded_ps(),
+        std::min({next_signal().front(), sync_.pending().front(), next_marker_ps(),
                   detectors_.next_release_ps(), next_late_ps(), until_ps});
     if (!write_background(first_ps, out)) return false;
     // The background has trapped a carrier, or one of its photons is late.
@@ -95,7 +118,7 @@ bool Scene::write_first(TagWriter& out) {
   PendingTimes& signal = next_signal();
   const std::int64_t signal_ps = signal.front();
   const std::int64_t sync_ps = sync_.pending().front();
-  const std::int64_t marker_ps = marker_.rounded_ps();
+  const std::int64_t marker_ps = next_marker_ps();
   const std::int64_t release_ps = detectors_.next_release_ps();
   if (next_late_ps() <= std::min({release_ps, signal_ps, sync_ps, marker_ps})) return put_late(out);
   if (release_ps <= std::min({signal_ps, sync_ps, marker_ps})) {
@@ -109,8 +132,23 @@ bool Scene::write_first(TagWriter& out) {
     sync_.pending().pop();
     return put_sync(sync_ps, out);
   }
-  marker_.advance(marker_gap_ps_);
-  return out.put(marker_tag(start_ps_ + marker_ps, 1));
+  return put_marker(out);
+}
+
+std::int64_t Scene::next_marker_ps() const {
+  const std::int64_t encoder_ps = marker_.rounded_ps();
+  return scanner_ ? std::min(encoder_ps, scanner_->next_marker().time_ps) : encoder_ps;
+}
+
+bool Scene::put_marker(TagWriter& out) {
+  const std::int64_t encoder_ps = marker_.rounded_ps();
+  if (encoder_ps == next_marker_ps()) {
+    marker_.advance(marker_gap_ps_);
+    return out.put(marker_tag(start_ps_ + encoder_ps, 1));
+  }
+  const Scanner::Marker marker = scanner_->next_marker();
+  scanner_->take_marker();
+  return out.put(marker_tag(start_ps_ + marker.time_ps, marker.bits));
 }
 
 bool Scene::put_light(std::int64_t time_ps, TagWriter& out) {

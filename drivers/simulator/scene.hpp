@@ -7,6 +7,7 @@
 #include "drivers/simulator/detectors.hpp"
 #include "drivers/simulator/fine_time.hpp"
 #include "drivers/simulator/random.hpp"
+#include "drivers/simulator/scanner.hpp"
 #include "drivers/simulator/signal_stream.hpp"
 #include "drivers/simulator/simulator_options.hpp"
 #include "drivers/simulator/sync_stream.hpp"
@@ -45,6 +46,8 @@ class Scene {
   bool put_sync(std::int64_t time_ps, TagWriter& out);
   void next_background();
   PendingTimes& next_signal();
+  bool put_marker(TagWriter& out);
+  [[nodiscard]] std::int64_t next_marker_ps() const;
 
   // A photon that its detector's timing walk delays.
   struct LatePhoton {
@@ -66,8 +69,9 @@ class Scene {
   bool photon_since_sync_ = false;
   double background_gap_ps_;  // mean; 0: no background
   FineTime background_;       // next event; far in the future where there is no background
-  double marker_gap_ps_;      // 0: no markers
-  FineTime marker_;           // next marker
+  double marker_gap_ps_;      // 0: no markers of an encoder
+  FineTime marker_;           // next of them
+  std::optional<Scanner> scanner_;
 };
 
 }  // namespace splid::simulator

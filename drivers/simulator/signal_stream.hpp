@@ -1,13 +1,16 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "drivers/simulator/emission.hpp"
 #include "drivers/simulator/fine_time.hpp"
 #include "drivers/simulator/pending_times.hpp"
 #include "drivers/simulator/random.hpp"
+#include "drivers/simulator/scanner.hpp"
 #include "drivers/simulator/target_path.hpp"
 
 namespace splid::simulator {
@@ -23,6 +26,12 @@ struct DetectionOptions {
   double fog_m = 0;                   // mean way that light goes on behind the target: FogOptions
 };
 
+// What light meets that leaves in one direction.
+struct Sight {
+  TargetPath path;
+  double signal_per_pulse = 0;  // mean detections of a pulse of amplitude 1
+};
+
 // The detections of laser light, also of pulses that left before the stream's start.
 //
 // Threads: one. No allocation once the fullest stretch has passed.
@@ -31,6 +40,9 @@ class SignalStream {
   // target: which of the scene's targets, from 0; each draws random numbers of its own.
   SignalStream(const Pattern& pattern, const DetectionOptions& options, DriftRate drift,
                TargetPath motion, std::uint64_t seed, std::uint64_t target = 0);
+  // Of a scan. pixels: what the scanner looks at, in the place of the options' signal_per_pulse.
+  SignalStream(const Pattern& pattern, const DetectionOptions& options, DriftRate drift,
+               std::vector<Sight> pixels, const Scanner& scanner, std::uint64_t seed);
 
   // Makes all detections before until_ps available in pending(), and some later detections.
   void fill(std::int64_t until_ps);
@@ -42,14 +54,18 @@ class SignalStream {
   }
   void start_in_steady_state();
   void next_photon();
+  [[nodiscard]] std::optional<FineTime> arrival_in_scan();
   void detect();
   [[nodiscard]] double behind_m(const FineTime& arrival);
   [[nodiscard]] std::optional<FineTime> arrival(const FineTime& emitted) const;
+  [[nodiscard]] const TargetPath& motion() const { return sights_[sight_].path; }
 
   EmissionSchedule schedule_;
   DetectionOptions options_;
   GeneratorClock clock_;
-  TargetPath motion_;
+  std::vector<Sight> sights_;       // of each pixel of a scan, or one
+  std::size_t sight_ = 0;           // that the next photon meets
+  std::optional<Scanner> scanner_;  // of a scan
   Random random_;
   PendingTimes pending_;
   double accumulated_ = 0;     // amplitude since the period's start, at the next photon

@@ -62,7 +62,7 @@ SourceInfo Source::info() const {
 
 void Source::run(TagSink& sink, std::stop_token stop) {
   if (!options_.truth.empty()) write_truth_file(options_);
-  if (options_.array.used()) {
+  if (options_.array.used() && !options_.scanner.used()) {
     ArrayScene scene(pattern_, options_);
     play(scene, sink, stop);
   } else {

@@ -20,9 +20,10 @@
 //
 // An array of pixels has besides
 //
-//   surface        planes and pictures that the pixels look at
+//   surface        planes, pictures and a room that the pixels look at
 //   array_pixels   a scene for each pixel, by what it looks at
 //   array_scene    all pixels in the order of time, with crosstalk and their cables' delays
+//   scanner        where one detector looks that a scan turns to the pixels, and its markers
 
 namespace splid::simulator {
 

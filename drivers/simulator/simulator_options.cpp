@@ -90,6 +90,9 @@ void Options::describe(OptionVisitor& visitor) {
   visitor.object(
       "array", [this](OptionVisitor& members) { array.describe(members); },
       "an array of detectors, and the surfaces that they look at in the place of `target`");
+  visitor.object(
+      "scanner", [this](OptionVisitor& members) { scanner.describe(members); },
+      "a scanner: one detector that looks at the array's pixels one after another");
   describe_clocks(*this, visitor);
   visitor.number("seconds", seconds, {0, 4e6}, "length of the stream, s; 0: for ever");
   choose(visitor, "pace", pace, pace_names, "live: as time goes by; max: as fast as possible");
@@ -114,7 +117,11 @@ std::optional<OptionFault> Options::validate() const {
     fault->pointer = "/detector" + fault->pointer;
     return fault;
   }
-  if (array.used()) return array_fault();
+  if (scanner.used()) {
+    if (auto wrong = scanner_fault()) return wrong;
+  } else if (array.used()) {
+    return array_fault();
+  }
   if (photon_input + detector.inputs - 1 <= largest_input) return std::nullopt;
   return OptionFault{"/detector/inputs", std::to_string(detector.inputs) +
                                              " inputs from photon_input " +
@@ -129,6 +136,26 @@ std::optional<OptionFault> Options::array_fault() const {
   }
   std::optional<OptionFault> fault = array.validate(photon_input);
   if (fault) fault->pointer = "/array" + fault->pointer;
+  return fault;
+}
+
+std::optional<OptionFault> Options::scanner_fault() const {
+  if (!array.used()) {
+    return OptionFault{"/scanner/dwell_ms",
+                       "is given without directions; give source/array its "
+                       "columns and rows"};
+  }
+  if (!array.inputs.empty() || array.crosstalk_probability > 0) {
+    return OptionFault{array.inputs.empty() ? "/array/crosstalk_probability" : "/array/inputs",
+                       "is given with source/scanner; a scan has one detector for all pixels"};
+  }
+  std::optional<OptionFault> fault = array.validate(photon_input);
+  if (fault) {
+    fault->pointer = "/array" + fault->pointer;
+    return fault;
+  }
+  fault = scanner.validate(encoder_rate_hz > 0 ? 1 : 0);
+  if (fault) fault->pointer = "/scanner" + fault->pointer;
   return fault;
 }
 

@@ -10,6 +10,7 @@
 #include "drivers/simulator/detectors.hpp"
 #include "drivers/simulator/fine_time.hpp"
 #include "drivers/simulator/foreign_stream.hpp"
+#include "drivers/simulator/scanner_options.hpp"
 #include "drivers/simulator/signal_stream.hpp"
 #include "drivers/simulator/sync_stream.hpp"
 #include "drivers/simulator/target_path.hpp"
@@ -50,6 +51,7 @@ struct Options : SourceOptions {
   DetectorModel detector;
   SyncOptions sync;
   ArrayOptions array;  // where it has pixels, each has a target of its own in the place of `target`
+  ScannerOptions scanner;           // one detector looks at the array's pixels one after another
   double ambient_per_s = 174'500;   // together with the dark counts 1.75e-4 a ns
   double dark_per_s = 500;          // dark counts of the detector
   double drift_ppm = 2;             // pattern period in the tagger's clock, against the calibrated
@@ -82,6 +84,7 @@ struct Options : SourceOptions {
 
  private:
   [[nodiscard]] std::optional<OptionFault> array_fault() const;
+  [[nodiscard]] std::optional<OptionFault> scanner_fault() const;
 };
 
 }  // namespace splid::simulator

@@ -44,6 +44,13 @@ TargetOptions scaled(TargetOptions path, double factor) {
 
 }  // namespace
 
+Vector Direction::unit() const {
+  const double azimuth = azimuth_deg / 360;
+  const double elevation = elevation_deg / 360;
+  return {cos_turns(elevation) * cos_turns(azimuth), -(cos_turns(elevation) * sin_turns(azimuth)),
+          sin_turns(elevation)};
+}
+
 bool Field::contains(const Direction& direction) const {
   return holds(azimuth_deg, direction.azimuth_deg) && holds(elevation_deg, direction.elevation_deg);
 }
@@ -80,14 +87,18 @@ std::optional<OptionFault> Plane::validate() const {
 std::optional<Meeting> Plane::meet(const Direction& direction) const {
   if (!field.contains(direction)) return std::nullopt;
   // x = d + y tan(tilt_azimuth) + z tan(tilt_elevation), with y to the right and z up.
-  const double azimuth = direction.azimuth_deg / 360;
-  const double elevation = direction.elevation_deg / 360;
-  const double ahead = cos_turns(elevation) * cos_turns(azimuth);
-  const double right = cos_turns(elevation) * sin_turns(azimuth);
-  const double nearing = ahead - right * tangent(tilt_azimuth_deg) -
-                         sin_turns(elevation) * tangent(tilt_elevation_deg);
+  const auto [ahead, left, up] = direction.unit();
+  const double nearing =
+      ahead + left * tangent(tilt_azimuth_deg) - up * tangent(tilt_elevation_deg);
   if (!(nearing > 1e-6)) return std::nullopt;
   return Meeting{scaled(path, 1 / nearing), signal_per_pulse};
+}
+
+std::optional<Meeting> meet(const RoomOptions& room, const Direction& direction) {
+  TargetOptions path;
+  path.room.emplace(room, direction.unit());
+  if (!(path.room->at(0).distance_m > 0)) return std::nullopt;
+  return Meeting{std::move(path), room.signal_per_pulse};
 }
 
 void PictureOptions::describe(OptionVisitor& visitor) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "drivers/simulator/picture.hpp"
+#include "drivers/simulator/room.hpp"
 #include "drivers/simulator/target_path.hpp"
 #include "protocol/options.hpp"
 
@@ -14,6 +15,9 @@ namespace splid::simulator {
 struct Direction {
   double azimuth_deg = 0;
   double elevation_deg = 0;
+
+  // Of length 1: ahead, to the left, up.
+  [[nodiscard]] Vector unit() const;
 };
 
 // What a direction meets: the path along the line of sight, and the light that comes back.
@@ -50,6 +54,9 @@ struct Plane {
   // Absent where the direction does not meet the plane.
   [[nodiscard]] std::optional<Meeting> meet(const Direction& direction) const;
 };
+
+// The wall of a room that a direction meets. Absent where it meets none at the stream's start.
+std::optional<Meeting> meet(const RoomOptions& room, const Direction& direction);
 
 // A picture of distances and one of velocities, along the line of sight. JSON: `source`/`array`/
 // `picture`. The pictures fill the field; the nearest of their points counts.

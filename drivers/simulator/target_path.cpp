@@ -92,6 +92,7 @@ TargetPath::TargetPath(TargetOptions options, double clock_rate)
 
 MotionState TargetPath::at(double tagger_s) const {
   const double time_s = tagger_s / clock_rate_;
+  if (options_.room) return options_.room->at(time_s);
   switch (options_.motion) {
     case MotionKind::sinusoid:
       return on_sinusoid(time_s);

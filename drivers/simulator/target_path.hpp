@@ -5,6 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "drivers/simulator/motion_state.hpp"
+#include "drivers/simulator/room.hpp"
 #include "protocol/options.hpp"
 
 namespace splid::simulator {
@@ -33,6 +35,7 @@ struct TargetOptions {
   std::vector<Point> points;  // straight lines between them, forwards, backwards, and so on
   double depth_m = 0;         // the light comes from distance_m to depth_m behind it: evenly, or
   double edge_period_s = 0;   // where this is above 0, from the two ends of the depth alone
+  std::optional<RoomSight> room = std::nullopt;  // in the place of the motion; no key
 
   void describe(OptionVisitor& visitor);
   [[nodiscard]] std::optional<OptionFault> validate() const;
@@ -42,11 +45,6 @@ struct TargetOptions {
 // for the meeting point gains four digits a step.
 inline constexpr double max_speed_mps = 30'000;
 inline constexpr double max_distance_m = 1e9;
-
-struct MotionState {
-  double distance_m = 0;    // from the lidar
-  double velocity_mps = 0;  // positive away from the lidar
-};
 
 // A target's path for all times of the tagger's clock. Negative times are before the stream's
 // start: light that met the target then comes in after the start.
