@@ -16,7 +16,10 @@ FIRST_MIDDLE_S = 0.025  # of the first frame
 SENSOR_VELOCITY = np.array([8.0, -1.5, 0.4])  # m/s: ahead, to the left, up
 TURN = np.array([0.05, -0.1, 0.3])  # rad/s
 # The room about the sensor: n x = c, m.
-WALLS = [((1, 0, 0), 14), ((0, 1, 0), 6), ((0, -1, 0), 9), ((0, 0, 1), 4), ((0, 0, -1), 3)]
+WALLS = {"ahead_m": ((1, 0, 0), 14), "left_m": ((0, 1, 0), 6), "right_m": ((0, -1, 0), 9),
+         "up_m": ((0, 0, 1), 4), "down_m": ((0, 0, -1), 3)}
+ROOM = {**{name: distance for name, (_, distance) in WALLS.items()},
+        "velocity_mps": SENSOR_VELOCITY.tolist(), "turn_deg_per_s": np.degrees(TURN).tolist()}
 
 
 def read_pcd(file):
@@ -35,18 +38,23 @@ def directions():
                      np.sin(elevation)], axis=-1).reshape(-1, 3)
 
 
-def cloud_of(distances, velocities, seconds, program, folder):
-    """The cloud of a field whose pixels see these distances, m, in the middle of the first frame."""
-    inputs, pixels = [], []
-    for k, (row, column) in enumerate(itertools.product(range(ROWS), range(COLUMNS))):
-        angles = {"azimuth_deg": AZIMUTHS[column], "elevation_deg": ELEVATIONS[row]}
-        pixels.append({"input": k + 1, **angles})
-        inputs.append({"input": k + 1, **angles, "velocity_mps": velocities[k],
-                       "distance_m": distances[k] - velocities[k] * FIRST_MIDDLE_S})
+def seen(distances, velocities):
+    """What each pixel sees, with these distances, m, in the middle of the first frame."""
+    return [{"velocity_mps": v, "distance_m": z - v * FIRST_MIDDLE_S}
+            for z, v in zip(distances, velocities)]
+
+
+def cloud_of(sights, room, seconds, program, folder):
+    """The cloud of a field. sights: what each pixel sees, with the keys of `inputs`."""
+    places = itertools.product(ELEVATIONS, AZIMUTHS)
+    pixels = [{"input": k + 1, "azimuth_deg": azimuth, "elevation_deg": elevation}
+              for k, (elevation, azimuth) in enumerate(places)]
+    inputs = [{**pixel, **sight} for pixel, sight in zip(pixels, sights)]
     config = {
         "schema": "splid.config", "v": [1, 0],
         "source": {"driver": "simulator", "pace": "max",
-                   "array": {"columns": COLUMNS, "rows": ROWS, "pitch_deg": 1, "inputs": inputs}},
+                   "array": {"columns": COLUMNS, "rows": ROWS, "pitch_deg": 1, "inputs": inputs,
+                             "room": room}},
         "pattern": {"file": str(ROOT / "config" / "patterns" / "interleaved-180-189.json")},
         "scene": {"max_speed_mps": 20}, "pixels": pixels}
     (folder / "room.json").write_text(json.dumps(config))
@@ -83,7 +91,7 @@ def ego_velocity(cloud):
 def test_surfaces_that_face_the_sensor_give_its_velocity(program, tmp_path):
     d = directions()
     distances = np.random.default_rng(1).uniform(5, 40, len(d))
-    cloud = cloud_of(distances, -d @ SENSOR_VELOCITY, 0.52, program, tmp_path)
+    cloud = cloud_of(seen(distances, -d @ SENSOR_VELOCITY), {}, 0.52, program, tmp_path)
     times = np.unique(cloud["time"])
     assert len(times) >= 10 and len(cloud) >= 0.99 * len(times) * len(d)
     pulls = []
@@ -103,17 +111,13 @@ def facing(points):
 
 
 def test_walls_give_velocity_and_turn_with_their_normals(program, tmp_path):
+    cloud = cloud_of([{}] * COLUMNS * ROWS, ROOM, 0.052, program, tmp_path)
+    assert len(cloud) >= 58
     d = directions()
-    normals, offsets = (np.array(side, dtype=float) for side in zip(*WALLS))
+    normals, offsets = (np.array(side, dtype=float) for side in zip(*WALLS.values()))
     with np.errstate(divide="ignore"):
         reach = np.where(d @ normals.T > 1e-9, offsets / (d @ normals.T), np.inf)
-    wall, distances = reach.argmin(axis=1), reach.min(axis=1)
-    n = normals[wall]
-    # How the distance along a pixel changes while the sensor moves and turns.
-    moves = SENSOR_VELOCITY + np.cross(TURN, distances[:, None] * d)
-    velocities = -(n * moves).sum(axis=1) / (n * d).sum(axis=1)
-    cloud = cloud_of(distances, velocities, 0.052, program, tmp_path)
-    assert len(cloud) >= 58
+    wall = reach.argmin(axis=1)
     points, of_wall = places(cloud), wall[cloud["pixel"]]
     found = np.zeros_like(points)
     for k in np.unique(of_wall):
