@@ -59,7 +59,7 @@ void measure(int photons, double seconds) {
   bridging.instrument.give_scene(photons);
   const auto bridge = bridging.start_bridge();
   test::WatchedDaemon daemon(
-      bridging.write_config(bridging.bridge_source(), "1", bridging.instrument.scene_period_ps(),
+      bridging.write_config(bridging.source(), "1", bridging.instrument.scene_period_ps(),
                             R"(,"scene":{"motion":"static"})"),
       "tcp://127.0.0.1:*");
   (void)daemon.await_frame([](const FrameMessage&) { return true; });

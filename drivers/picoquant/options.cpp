@@ -1,10 +1,10 @@
 #include "drivers/picoquant/options.hpp"
 
 #include <array>
-#include <set>
 #include <string>
 
 #include "drivers/picoquant/source.hpp"
+#include "drivers/repeated_option.hpp"
 
 namespace splid::picoquant {
 namespace {
@@ -34,20 +34,6 @@ std::optional<OptionFault> trigger_fault(const FamilyTraits& traits, const Trigg
   return OptionFault{place + "/zero_cross_mv",
                      std::to_string(trigger.zero_cross_mv) + ": a " + product + " takes 0 to " +
                          std::to_string(traits.highest_zero_cross_mv) + " mV"};
-}
-
-// Two of a list's members that have the same number.
-template <class Member, class Number>
-std::optional<OptionFault> twice(const std::vector<Member>& members, Number Member::*number,
-                                 const std::string& list, const std::string& key) {
-  std::set<Number> seen;
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    if (seen.insert(members[i].*number).second) continue;
-    std::string pointer = "/" + list;
-    pointer.append("/").append(std::to_string(i)).append("/").append(key);
-    return OptionFault{pointer, std::to_string(members[i].*number) + " is there already"};
-  }
-  return std::nullopt;
 }
 
 // A PicoHarp 300 has one input beside the sync.
@@ -127,8 +113,9 @@ std::optional<OptionFault> Options::validate() const {
     auto fault = trigger_fault(traits, inputs[i].trigger, "/inputs/" + std::to_string(i));
     if (fault) return fault;
   }
-  if (auto fault = twice(inputs, &InputOptions::input, "inputs", "input")) return fault;
-  if (auto fault = twice(markers, &MarkerOptions::marker, "markers", "marker")) return fault;
+  if (auto fault = repeated_option(inputs, &InputOptions::input, "inputs", "input")) return fault;
+  if (auto fault = repeated_option(markers, &MarkerOptions::marker, "markers", "marker"))
+    return fault;
   return family == Family::picoharp300 ? picoharp_fault(*this) : std::nullopt;
 }
 

@@ -1,30 +1,21 @@
 #include "drivers/picoquant/source.hpp"
 
 #include <memory>
-#include <thread>
 #include <utility>
 
+#include "drivers/between_tries.hpp"
 #include "drivers/picoquant/device.hpp"
 #include "drivers/picoquant/measurement.hpp"
 
 namespace splid::picoquant {
-namespace {
-
-using std::chrono::milliseconds;
-
-constexpr milliseconds between_tries{500};
-constexpr milliseconds between_signs{10};  // of life
-
-}  // namespace
-
-Source::Source(Options options, SourceContext context)
-    : options_(std::move(options)), context_(std::move(context)), serial_(options_.serial) {}
+Source::Source(Options options, const SourceContext& context)
+    : options_(std::move(options)), news_(context.report), serial_(options_.serial) {}
 
 SourceInfo Source::info() const { return {traits_of(options_.family).product, true, std::nullopt}; }
 
 void Source::run(TagSink& sink, std::stop_token stop) {
   std::unique_ptr<Library> library;
-  const Measurement::Report hears = [this](const DeviceReport& said) { report(said); };
+  const Measurement::Report hears = [this](const DeviceReport& said) { news_.say(said); };
   while (!stop.stop_requested()) {
     try {
       if (!library) library = std::make_unique<Library>(options_.family, options_.library, watch_);
@@ -32,15 +23,15 @@ void Source::run(TagSink& sink, std::stop_token stop) {
       serial_ = device.serial();
       Measurement(device, library->traits(), sink, hears).run(stop);
     } catch (const DeviceAbsent& absent) {
-      report({DeviceState::no_device, absent.what()});
+      news_.say({DeviceState::no_device, absent.what()});
     } catch (const LibraryError& error) {
       if (error.device_is_gone()) {
-        report({DeviceState::no_device, named(error) + ": it was unplugged or switched off"});
+        news_.say({DeviceState::no_device, named(error) + ": it was unplugged or switched off"});
       } else {
-        report({DeviceState::failing, named(error)});
+        news_.say({DeviceState::failing, named(error)});
       }
     }
-    wait(sink, stop);
+    wait_between_tries(sink, stop);
   }
 }
 
@@ -53,23 +44,6 @@ std::string Source::overdue_call() const {
 std::string Source::named(const LibraryError& error) const {
   const std::string product = traits_of(options_.family).product;
   return product + (serial_.empty() ? "" : " " + serial_) + ": " + error.what();
-}
-
-// What holds is reported once. An event, told with the state connected, is reported each time.
-void Source::report(const DeviceReport& said) {
-  const bool is_event = said.state == DeviceState::connected && !said.reason.empty();
-  if (!is_event && report_ == said) return;
-  report_ = said;
-  if (is_event) report_->reason.clear();
-  context_.report(said);
-}
-
-void Source::wait(TagSink& sink, const std::stop_token& stop) {
-  for (auto left = between_tries; left.count() > 0 && !stop.stop_requested();
-       left -= between_signs) {
-    sink.publish(0);
-    std::this_thread::sleep_for(between_signs);
-  }
 }
 
 }  // namespace splid::picoquant

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <chrono>
-#include <optional>
 #include <string>
 
+#include "drivers/device_news.hpp"
 #include "drivers/picoquant/call_watch.hpp"
 #include "drivers/picoquant/library.hpp"
 #include "drivers/picoquant/options.hpp"
@@ -26,7 +26,7 @@ namespace splid::picoquant {
 // Threads: as TagSource; overdue_call() may be called from any. Errors: none from run().
 class Source final : public TagSource {
  public:
-  Source(Options options, SourceContext context);
+  Source(Options options, const SourceContext& context);
 
   [[nodiscard]] SourceInfo info() const override;
   void run(TagSink& sink, std::stop_token stop) override;
@@ -38,15 +38,12 @@ class Source final : public TagSource {
   static constexpr std::chrono::milliseconds silence_ended{2000};
 
  private:
-  void report(const DeviceReport& said);
   [[nodiscard]] std::string named(const LibraryError& error) const;
-  static void wait(TagSink& sink, const std::stop_token& stop);
 
   Options options_;
-  SourceContext context_;
+  DeviceNews news_;
   CallWatch watch_;
   std::string serial_;  // of the instrument that the stream stays with; empty: any
-  std::optional<DeviceReport> report_;
 };
 
 }  // namespace splid::picoquant

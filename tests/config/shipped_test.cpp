@@ -11,6 +11,7 @@
 #include "config/bridge_config.hpp"
 #include "config/config.hpp"
 #include "drivers/bridge/bridge.hpp"
+#include "drivers/idq/options.hpp"
 #include "drivers/picoquant/options.hpp"
 #include "drivers/simulator/array_pixels.hpp"
 #include "drivers/simulator/simulator_options.hpp"
@@ -31,11 +32,12 @@ std::vector<std::string> shipped() {
 }
 
 TEST(ShippedConfig, ThereIsOneForEachUse) {
-  EXPECT_THAT(shipped(), ::testing::ElementsAre(
-                             "ambiguous.json", "array.json", "baseline.json", "demo.json",
-                             "dim.json", "encoder.json", "interleaved.json", "m8190a-mrr.json",
-                             "m8195a-swabian.json", "mrr.json", "picoquant.json", "random.json",
-                             "replay.json", "swabian-bridge.json", "tags16-usb.json", "tdc2.json"));
+  EXPECT_THAT(shipped(),
+              ::testing::ElementsAre("ambiguous.json", "array.json", "baseline.json", "demo.json",
+                                     "dim.json", "encoder.json", "idq.json", "interleaved.json",
+                                     "m8190a-mrr.json", "m8195a-swabian.json", "mrr.json",
+                                     "picoquant.json", "random.json", "replay.json",
+                                     "swabian-bridge.json", "tags16-usb.json", "tdc2.json"));
 }
 
 TEST(ShippedConfig, AllLoad) {
@@ -43,11 +45,16 @@ TEST(ShippedConfig, AllLoad) {
 }
 
 TEST(ShippedConfig, ABridgeAndItsReaderMeetAtOnePlace) {
-  picoquant::Options options;
-  const std::string listen =
-      load_bridge_config(folder + "bridges/picoquant-bridge.json", "picoquant", options);
-  const Config config = load_config(folder + "picoquant.json");
-  EXPECT_EQ(dynamic_cast<const BridgeOptions&>(*config.source).address, listen);
+  picoquant::Options picoquant;
+  idq::Options idq;
+  const auto expect_meet = [](const std::string& maker, SourceOptions& options) {
+    const std::string listen =
+        load_bridge_config(folder + "bridges/" + maker + "-bridge.json", maker, options);
+    const Config config = load_config(folder + maker + ".json");
+    EXPECT_EQ(dynamic_cast<const BridgeOptions&>(*config.source).address, listen);
+  };
+  expect_meet("picoquant", picoquant);
+  expect_meet("idq", idq);
 }
 
 TEST(ShippedConfig, EachModesOwnHasItsPattern) {

@@ -5,20 +5,14 @@
 
 #include <csignal>
 #include <filesystem>
-#include <fstream>
-#include <functional>
-#include <memory>
-#include <optional>
-#include <sstream>
 #include <string>
 #include <vector>
 
-#include "daemon/sockets/subscriber.hpp"
-#include "protocol/json_value.hpp"
 #include "protocol/ptu_header.hpp"
+#include "tests/support/bridged_fault.hpp"
+#include "tests/support/bridged_frames.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/laser_recording.hpp"
-#include "tests/support/light_scene.hpp"
 #include "tests/support/notify_socket.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/real_recording.hpp"
@@ -31,10 +25,8 @@
 namespace splid {
 namespace {
 
-using nlohmann::json;
 using test::Bridging;
 using test::PicoQuantInstrument;
-using test::Program;
 using test::ProgramResult;
 using test::WatchedDaemon;
 using testing::HasSubstr;
@@ -152,17 +144,7 @@ TEST_F(BridgingProgram, TwoBridgesAtOneSocketAreOneTooMany) {
   EXPECT_THAT(result.err, HasSubstr("listens there"));
 }
 
-// What goes wrong with the instrument, or in the maker's library, while frames come.
-struct PicoQuantFault {
-  const char* name;
-  const char* words;  // what it is, for the table
-  std::function<void(PicoQuantInstrument&)> inject;
-  const char* said;  // words of the daemon's status; empty: a frame shows it
-  std::function<void(PicoQuantInstrument&)> heal = nullptr;  // null: it is over by itself
-  bool ends_bridge = false;  // and the service manager starts another
-};
-
-void PrintTo(const PicoQuantFault& fault, std::ostream* out) { *out << fault.name; }
+using PicoQuantFault = test::BridgedFault<PicoQuantInstrument>;
 
 class PicoQuantInstrumentFault : public ::testing::TestWithParam<PicoQuantFault> {
  protected:
@@ -170,35 +152,12 @@ class PicoQuantInstrumentFault : public ::testing::TestWithParam<PicoQuantFault>
 };
 
 TEST_P(PicoQuantInstrumentFault, IsToldAndGoodFramesComeAgain) {
-  const PicoQuantFault& fault = GetParam();
-  PicoQuantInstrument& instrument = bridging.instrument;
-  instrument.give_scene();
-  auto bridge = bridging.start_bridge(R"(,"serial":"1045678")");
-  WatchedDaemon daemon(bridging.write_scene_config(), "tcp://127.0.0.1:*");
-  ASSERT_TRUE(daemon.await_good_frame()) << bridge->err();
-  daemon.start_counting();
-  auto begin = WatchedDaemon::Clock::now();
-  fault.inject(instrument);
-  const bool is_said = *fault.said != '\0';
-  if (is_said) {
-    ASSERT_TRUE(daemon.await_status(fault.said)) << bridge->err();
-  }
-  const double said_ms = WatchedDaemon::ms_since(begin);
-  if (fault.heal) {
-    begin = WatchedDaemon::Clock::now();
-    fault.heal(instrument);
-  }
-  if (fault.ends_bridge) {
-    EXPECT_NE(bridge->wait().exit_code, 0);
-    instrument.control().hangs = 0;
-    bridge = bridging.start_bridge(R"(,"serial":"1045678")");
-  }
-  ASSERT_TRUE(daemon.await_good_frame()) << bridge->err();
-  EXPECT_NEAR(daemon.last_frame->distance_m.value_or(0),
-              instrument.scene_period_ps() / 4 * m_per_ps, 0.1);
-  test::record({fault.words, is_said ? daemon.said : "nothing: no tag is lost",
-                is_said ? said_ms : -1, daemon.losses(), WatchedDaemon::ms_since(begin)});
-  EXPECT_EQ(daemon.stop().exit_code, 0);
+  bridging.instrument.give_scene();
+  const double distance_m = bridging.instrument.scene_period_ps() / 4 * m_per_ps;
+  test::expect_told_and_mended(bridging, GetParam(), distance_m, [this] {
+    bridging.instrument.control().hangs = 0;
+    return bridging.start_bridge(R"(,"serial":"1045678")");
+  });
 }
 
 std::vector<PicoQuantFault> picoquant_faults() {
@@ -256,54 +215,6 @@ INSTANTIATE_TEST_SUITE_P(PicoQuant, PicoQuantInstrumentFault,
 // Frames of a recording, by its replay and by a bridge whose library hands out its records.
 class BridgedRecording : public ::testing::Test {
  protected:
-  // Frames without what the host's clock and load say in them, in the time of the records.
-  static std::string lasting(json frame, std::int64_t origin_ps = 0) {
-    for (const char* name : {"timestamp", "compute_ms", "latency_ms"}) frame.erase(name);
-    frame["start_ps"] =
-        std::to_string(std::stoll(frame["start_ps"].get<std::string>()) - origin_ps);
-    return frame.dump();
-  }
-  static std::vector<std::string> replayed(const std::string& recording, const std::string& config,
-                                           std::int64_t origin_ps) {
-    const ProgramResult result =
-        test::run_program({"replay", recording, "--config", config, "--json", "--no-publish"});
-    EXPECT_EQ(result.exit_code, 0) << result.err;
-    std::vector<std::string> frames;
-    std::istringstream lines(result.out);
-    for (std::string line; std::getline(lines, line);)
-      frames.push_back(lasting(json_value(line), origin_ps));
-    return frames;
-  }
-  // As many frames, from the first: splid is there before the instrument.
-  std::vector<std::string> bridged(Bridging& bridging, const std::string& config,
-                                   std::size_t count) {
-    const Program splid({"run", "--config", config});
-    const std::string words = "publishing at ";
-    EXPECT_TRUE(test::eventually([&] { return splid.err().find(words) != std::string::npos; }));
-    const std::string err = splid.err();
-    const auto at = err.find(words) + words.size();
-    sockets::Subscriber subscriber(err.substr(at, err.find_first_of(" \n", at) - at), {"frame"});
-    bridging.instrument.plug("");
-    const auto bridge = bridging.start_bridge();
-    EXPECT_TRUE(
-        test::eventually([&] { return splid.err().find("is plugged in") != std::string::npos; }));
-    bridging.instrument.plug("1045678");
-    std::vector<std::string> frames;
-    EXPECT_TRUE(test::eventually([&] {
-      while (const auto message = subscriber.receive(std::chrono::milliseconds{100})) {
-        frames.push_back(lasting(json_value(message->json)));
-      }
-      return frames.size() >= count;
-    })) << bridge->err()
-        << splid.err();
-    frames.resize(std::min(frames.size(), count));
-    return frames;
-  }
-
-  // A laser's syncs come each 12.5 ns, and all of a frame fit into the ring.
-  static constexpr const char* short_frames =
-      R"(,"frame":{"length_ms":10},"pipeline":{"ring_capacity_tags":1048576})";
-
   // photon: as the recording numbers it, from 0.
   void expect_same(const test::PicoQuantKind& kind, const std::string& recording, int photon,
                    double period_ps) {
@@ -314,13 +225,16 @@ class BridgedRecording : public ::testing::Test {
     bridging.instrument.give_file(recording, header.header_bytes);
     const std::string replay =
         bridging.write_config(R"({"driver":"replay","recording":")" + recording + "\"}",
-                              std::to_string(photon), period_ps, short_frames);
-    std::vector<std::string> expected = replayed(recording, replay, header.origin_ps);
+                              std::to_string(photon), period_ps, test::short_frames);
+    std::vector<std::string> expected = test::replayed(recording, replay, header.origin_ps);
     ASSERT_GT(expected.size(), 4U);
     expected.pop_back();  // ends with the recording: a live stream would go on
-    const std::string live = bridging.write_config(
-        bridging.bridge_source(), std::to_string(photon + 1), period_ps, short_frames);
-    const auto frames = bridged(bridging, live, expected.size());
+    const std::string live = bridging.write_config(bridging.source(), std::to_string(photon + 1),
+                                                   period_ps, test::short_frames);
+    bridging.instrument.plug("");
+    const auto frames = test::bridged(
+        live, expected.size(), [&] { return bridging.start_bridge(); }, "is plugged in",
+        [&] { bridging.instrument.plug("1045678"); });
     ASSERT_EQ(frames.size(), expected.size());
     for (std::size_t i = 0; i < frames.size(); ++i) EXPECT_EQ(frames[i], expected[i]) << i;
   }
