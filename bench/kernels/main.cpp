@@ -1,4 +1,3 @@
-#include <bit>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -61,8 +60,6 @@ struct Arrays {
   std::vector<std::uint32_t> four_32 = std::vector<std::uint32_t>(4 * count, 1);
   std::vector<double> out_ns = std::vector<double>(count), out_phases = out_ns;
   std::uint64_t out = 0;
-
-  void set_out(double value) { out = std::bit_cast<std::uint64_t>(value); }
 };
 
 using Run = std::function<void(const SearchKernels&, Arrays&)>;
@@ -133,18 +130,6 @@ Runs sums() {
       {"first_above_32",
        [](const SearchKernels& by, Arrays& a) {
          a.out = by.longs.first_above(a.rows.data(), a.rows.data(), 1, count, 0x1fffffd);
-       }},
-      {"smooth_power_8",
-       [](const SearchKernels& by, Arrays& a) {
-         a.set_out(by.bytes.smooth_power(a.in_8.data(), a.half_8.data(), count - 2));
-       }},
-      {"smooth_power",
-       [](const SearchKernels& by, Arrays& a) {
-         a.set_out(by.words.smooth_power(a.in_16.data(), a.half_16.data(), count - 2));
-       }},
-      {"smooth_power_32",
-       [](const SearchKernels& by, Arrays& a) {
-         a.set_out(by.longs.smooth_power(a.rows.data(), a.rows.data(), count - 2));
        }},
   };
 }

@@ -65,43 +65,6 @@ std::size_t first_above(const Count* a, const Count* b, std::size_t from, std::s
   return from;
 }
 
-// Adds the squares of (s[i] + 2 s[i + 1] + s[i + 2]) for i < count, a multiple of `lanes`, to so
-// many partial sums.
-constexpr std::size_t lanes = 16;
-template <class Partial, class Sum>
-void add_squares(Partial* __restrict partial, const Sum* __restrict s, std::size_t count) {
-  for (std::size_t i = 0; i < count; i += lanes) {
-    for (std::size_t k = 0; k < lanes; ++k) {
-      const auto smooth = static_cast<Sum>(s[i + k] + 2 * s[i + k + 1] + s[i + k + 2]);
-      const auto value = static_cast<Partial>(smooth);
-      partial[k] += value * value;
-    }
-  }
-}
-
-// Design note: the partial sums are added up in a double now and then. The result then has the same
-// bits for every width of vectors, and seven digits for any count. Of sums of bytes, which are
-// smoothed to 2040 at most, the squares are added up in whole numbers of 32 bits.
-template <class Partial, class Sum, class Count>
-double smooth_power(const Count* a, const Count* b, std::size_t count) {
-  constexpr std::size_t stretch = 64 * lanes;
-  Sum sums[stretch + 2];
-  double power = 0;
-  for (std::size_t i = 0; i < count; i += stretch) {
-    const std::size_t here = count - i < stretch ? count - i : stretch;
-    for (std::size_t k = 0; k < here + 2; ++k) sums[k] = static_cast<Sum>(a[i + k] + b[i + k]);
-    Partial partial[lanes] = {};
-    const std::size_t whole = here / lanes * lanes;
-    add_squares(partial, sums, whole);
-    for (const Partial part : partial) power += static_cast<double>(part);
-    for (std::size_t k = whole; k < here; ++k) {
-      const auto smooth = static_cast<double>(sums[k] + 2 * sums[k + 1] + sums[k + 2]);
-      power += smooth * smooth;
-    }
-  }
-  return power;
-}
-
 void delay_cells(std::uint32_t* __restrict cells, const std::uint32_t* __restrict rows,
                  const std::uint32_t* __restrict phases, std::uint32_t pulse, std::size_t count,
                  std::uint32_t bins) {
@@ -185,14 +148,11 @@ std::size_t pick(std::uint32_t* __restrict indices, const std::uint32_t* __restr
 extern const SearchKernels search_kernels;
 const SearchKernels search_kernels = {
     {add<std::uint8_t, std::uint8_t>, add_four<std::uint8_t>, accumulate<std::uint8_t>,
-     largest<std::uint8_t>, first_above<std::uint8_t>,
-     smooth_power<std::uint32_t, std::uint16_t, std::uint8_t>},
+     largest<std::uint8_t>, first_above<std::uint8_t>},
     {add<std::uint16_t, std::uint16_t>, add_four<std::uint16_t>, accumulate<std::uint16_t>,
-     largest<std::uint16_t>, first_above<std::uint16_t>,
-     smooth_power<float, std::int32_t, std::uint16_t>},
+     largest<std::uint16_t>, first_above<std::uint16_t>},
     {add<std::uint32_t, std::uint32_t>, add_four<std::uint32_t>, accumulate<std::uint32_t>,
-     largest<std::uint32_t>, first_above<std::uint32_t>,
-     smooth_power<float, std::int32_t, std::uint32_t>},
+     largest<std::uint32_t>, first_above<std::uint32_t>},
     add<std::uint8_t, std::uint16_t>,
     add<std::uint16_t, std::uint32_t>,
     delay_cells,

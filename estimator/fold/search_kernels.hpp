@@ -6,9 +6,9 @@
 
 namespace splid {
 
-// The loops that the search spends its time in, and the Fourier analysis of method `paper`,
-// compiled once for each vector level (see kernel_choice.hpp). All arrays belong to the caller, and
-// no two of them overlap. Every level gives the same bits.
+// The loops that the search spends its time in, compiled once for each vector level (see
+// kernel_choice.hpp). All arrays belong to the caller, and no two of them overlap. Every level
+// gives the same bits.
 struct SearchKernels {
   // Those of counts of 8, 16 or 32 bits.
   template <class Count>
@@ -27,10 +27,6 @@ struct SearchKernels {
     // fit into the type of the numbers.
     std::size_t (*first_above)(const Count* a, const Count* b, std::size_t from, std::size_t count,
                                Count least);
-    // How much stands out in a row of sums s[i] = a[i] + b[i]: the sum over i < count of
-    // (s[i] + 2 s[i + 1] + s[i + 2])^2, to seven digits. a and b have count + 2 numbers; the sums
-    // fit into their type, and four times a sum into 31 bits.
-    double (*smooth_power)(const Count* a, const Count* b, std::size_t count);
   };
   Of<std::uint8_t> bytes;
   Of<std::uint16_t> words;

@@ -6,7 +6,6 @@
 
 #include "estimator/model/units.hpp"
 #include "estimator/paper/harmonic_power.hpp"
-#include "estimator/paper/rate_scan.hpp"
 
 namespace splid::paper {
 namespace {
@@ -15,6 +14,16 @@ constexpr double most_photon_bins = 0x1p18;
 // Design note: 30 km/s in a frame of 1 s would ask for 2e9 steps. With 20 times the steps of [P]'s
 // experiment (1,000) and wider bins the search reaches as far, in seconds.
 constexpr double most_steps = 2e4;
+
+// The rate n * step with the largest power, |n| <= steps: the lowest where several are equal.
+double best_rate(HarmonicPower& power, double step, int steps) {
+  double best = 0, largest = 0;
+  for (int n = -steps; n <= steps; ++n) {
+    const double here = power(n * step);
+    if (here > largest) largest = here, best = n * step;
+  }
+  return best;
+}
 
 // The place of the largest value in [low, high], by golden section; the value has one maximum
 // there.

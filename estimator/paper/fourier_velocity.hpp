@@ -18,8 +18,7 @@ namespace splid::paper {
 // / 10 sigma) deviations, 150 and more in [P]'s scenes. A single pulse in 3780 ns with the
 // experiment's S has 2, and is found in one frame of three.
 //
-// Cost: 2 max |g| span / width steps over the photons and period / width bins (2^18 at most), of
-// which few are computed in full where they are many (rate_scan.hpp).
+// Cost: 2 max |g| span / width steps over the photons and period / width bins (2^18 at most).
 double fourier_velocity_mps(const TrainPhotons& photons, double width_ns, double max_speed_mps);
 
 }  // namespace splid::paper

@@ -20,9 +20,6 @@ class HarmonicPower {
   // rate: g of the delay, in ns per ns.
   double operator()(double rate);
 
-  [[nodiscard]] const TrainPhotons& photons() const { return photons_; }
-  [[nodiscard]] std::size_t bins() const { return bins_; }
-
  private:
   void add_photons(double rate, std::size_t first, std::size_t count);
 

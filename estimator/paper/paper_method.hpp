@@ -23,7 +23,6 @@
 //     train_photons.hpp      other modes: the photons of one pulse train, and from these
 //     clusters.hpp           the photons that belong to a sub-period of an interleaved pattern,
 //     fourier_velocity.hpp   the velocity by the observed repetition frequency,
-//     rate_scan.hpp          of which the best is found among all that are tried
 //     harmonic_power.hpp     by the power of the harmonics,
 //     folded_peak.hpp        the delay modulo the train's period, and
 //     crt.hpp                the delay itself, by a Chinese remainder theorem: [P] Eq. 16 to 18

@@ -332,10 +332,4 @@ void TaylorTree::write_line(std::size_t walk, Wide* line) const {
 template void TaylorTree::write_line(std::size_t, std::uint16_t*) const;
 template void TaylorTree::write_line(std::size_t, std::uint32_t*) const;
 
-double TaylorTree::smooth_power(std::size_t walk) const {
-  return with_halves(walk, [&]<class Count>(const Halves<Count>& at) {
-    return of<Count>(kernels_).smooth_power(at.first, at.second, block_.bins - 2);
-  });
-}
-
 }  // namespace splid

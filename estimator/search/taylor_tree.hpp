@@ -53,10 +53,6 @@ class TaylorTree {
   void write_line(std::size_t walk, Wide* line) const;
   // How many photons a line holds.
   [[nodiscard]] std::uint32_t photons(std::size_t walk, std::size_t bin) const;
-  // How much stands out along the lines of this range walk: the sum over the block's bins, without
-  // its first and its last, of (before + 2 here + after)^2, to seven digits. With before, here and
-  // after the photons of neighbouring lines. The block has three bins at least.
-  [[nodiscard]] double smooth_power(std::size_t walk) const;
 
  private:
   // Two rows whose sum is a line.

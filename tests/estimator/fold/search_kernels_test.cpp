@@ -122,41 +122,6 @@ TEST(SearchKernels, TheFirstSumAboveALimitIsFound) {
   }
 }
 
-// The power of a type, with sums up to the largest number of it or to a quarter of 2^31.
-template <class Number, class Power>
-double expect_power(Power power, std::size_t count, const char* level) {
-  const std::uint32_t half =
-      std::min<std::uint32_t>(std::numeric_limits<Number>::max(), 0x1fffffff) / 2;
-  const auto a = numbers<Number>(count + 2, half, 9);
-  const auto b = numbers<Number>(count + 2, half, 10);
-  long double expected = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto sum = [&](std::size_t k) { return static_cast<long double>(a[k]) + b[k]; };
-    const long double smooth = sum(i) + 2 * sum(i + 1) + sum(i + 2);
-    expected += smooth * smooth;
-  }
-  const double found = power(a.data(), b.data(), count);
-  EXPECT_NEAR(found, static_cast<double>(expected), 1e-6 * static_cast<double>(expected))
-      << level << ' ' << sizeof(Number) << ' ' << count;
-  return found;
-}
-
-TEST(SearchKernels, ThePowerIsTheSumOfSmoothedSquares) {
-  for (const std::size_t count : {0U, 1U, 15U, 16U, 17U, 1023U, 1024U, 1025U, 1040U, 5003U}) {
-    const SearchKernels& generic = search_kernels(VectorLevel::generic);
-    const double bytes = expect_power<std::uint8_t>(generic.bytes.smooth_power, count, "generic");
-    const double words = expect_power<std::uint16_t>(generic.words.smooth_power, count, "generic");
-    const double longs = expect_power<std::uint32_t>(generic.longs.smooth_power, count, "generic");
-    for (const VectorLevel level : runnable_vector_levels()) {
-      const SearchKernels& kernels = search_kernels(level);
-      const char* name = vector_level_name(level);
-      EXPECT_EQ(expect_power<std::uint8_t>(kernels.bytes.smooth_power, count, name), bytes);
-      EXPECT_EQ(expect_power<std::uint16_t>(kernels.words.smooth_power, count, name), words);
-      EXPECT_EQ(expect_power<std::uint32_t>(kernels.longs.smooth_power, count, name), longs);
-    }
-  }
-}
-
 TEST(SearchKernels, ADelayCellIsThatOfTheExactPhase) {
   constexpr std::size_t count = 1061;
   const auto phases = numbers<std::uint32_t>(count, 0xffffffff, 7);

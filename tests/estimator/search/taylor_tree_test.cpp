@@ -35,16 +35,6 @@ struct Plane {
   }
 };
 
-// The sum of the squares of the block's lines, smoothed by 1, 2, 1.
-double plain_power(const std::vector<std::uint64_t>& lines) {
-  double power = 0;
-  for (std::size_t k = 2; k < lines.size(); ++k) {
-    const auto smooth = static_cast<double>(lines[k - 2] + 2 * lines[k - 1] + lines[k]);
-    power += smooth * smooth;
-  }
-  return power;
-}
-
 template <class Count>
 void expect_all_lines(const Plane<Count>& plane, std::size_t most, const SearchKernels& kernels) {
   TaylorTree tree(kernels, {&plane.grid, 1});
@@ -53,17 +43,11 @@ void expect_all_lines(const Plane<Count>& plane, std::size_t most, const SearchK
     tree.add_up(plane.rows.data(), plane.grid, block);
     for (std::size_t walk = 0; walk <= most; ++walk) {
       std::uint64_t largest = 0;
-      std::vector<std::uint64_t> lines;
       for (std::size_t bin = 0; bin < block.bins; ++bin) {
         const std::uint64_t expected =
             plane.line(0, plane.grid.slices, walk, block.first_bin + bin, sign);
         ASSERT_EQ(tree.photons(walk, bin), expected) << walk << ' ' << bin << ' ' << sign;
         largest = std::max(largest, expected);
-        lines.push_back(expected);
-      }
-      if (largest < 1 << 29 && lines.size() > 2) {
-        const double power = plain_power(lines);
-        EXPECT_NEAR(tree.smooth_power(walk), power, 1e-6 * power) << walk << ' ' << sign;
       }
       const auto least = static_cast<std::uint32_t>(largest);
       EXPECT_EQ(tree.first_above(walk, 0, least), block.bins);
