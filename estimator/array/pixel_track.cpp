@@ -28,9 +28,8 @@ TargetTrack PixelTrack::seen() const {
 
 void PixelTrack::begin_frame(const TargetTrack& help) {
   track_ = seen();
-  is_helped_ = !track_.valid && help.valid;
   const auto first = static_cast<int>(pixel_ % followed_frames);
-  if (is_helped_) {
+  if (!track_.valid && help.valid) {
     track_ = without_light(help);
     track_.followed = first;
   } else if (track_.valid && track_.followed == 0 && !is_spread_) {

@@ -25,13 +25,10 @@ class PixelTrack {
   [[nodiscard]] TargetTrack& track() { return track_; }
   // What the pixel has seen; not valid where that is nothing, or a neighbour's.
   [[nodiscard]] TargetTrack seen() const;
-  // Whether the frame began where a neighbour saw its target.
-  [[nodiscard]] bool is_helped() const { return is_helped_; }
 
  private:
   std::size_t pixel_;
   TargetTrack track_;
-  bool is_helped_ = false;
   bool is_spread_ = false;
 };
 

@@ -36,7 +36,7 @@ class Measured {
     const std::vector<TargetTrack> last = seen_;
     for (std::size_t k = 0; k < views.size(); ++k) {
       tracks_[k].begin_frame(help_.help(k, last));
-      helped += tracks_[k].is_helped() ? 1 : 0;
+      helped += tracks_[k].track().valid && !tracks_[k].seen().valid ? 1 : 0;
       estimates[k] = estimator_.estimate(views[k], &tracks_[k].track());
       is_searched[k] = tracks_[k].track().followed == 0;
       searches += is_searched[k] ? 1 : 0;
