@@ -23,8 +23,9 @@ DetectorWatch::DetectorWatch(const Pattern& pattern, const PulseOptions& pulse,
       reference_(reference),
       inputs_(inputs),
       reach_ns_(return_widths * shape_->width_ns()),
-      window_(train_.segments.front().comb, -reach_ns_, reach_ns_),
+      windows_(comb_windows(train_, -reach_ns_, reach_ns_)),
       folded_(train_, most_photons),
+      near_(most_photons, most_photons * widest_overlap(windows_), true),
       waits_(detector.dead_time_ns) {}
 
 void DetectorWatch::clear() {
@@ -63,19 +64,12 @@ void DetectorWatch::add_returns(const FrameView& frame, const Estimate& estimate
   const double beta = estimate.velocity_mps / speed_of_light_mps;
   const double to_reference = reference_ == ClockReference::tagger ? folded_.scale : 1;
   const double delay_ns = estimate.delay_ns / to_reference / (1 + beta);
-  const double rise = walk_ns_at(estimate.velocity_mps, folded_.length_ns) / folded_.length_ns;
-  const double period_ns = train_.segments.front().comb.period_ns;
-  for (std::size_t i = 1; i < folded_.size(); ++i) {
-    const double on_path = folded_.phase_ns[i] - delay_ns - rise * folded_.time_ns[i];
-    const double turns = on_path / period_ns;
-    const double part = turns - std::floor(turns);
-    const auto phase_32 = static_cast<std::uint32_t>(static_cast<std::uint64_t>(part * 0x1p32));
-    for (const CombWindow::Pulse& pulse : window_.candidates(phase_32)) {
-      const double offset_ns = part * period_ns - pulse.time_ns;
-      if (std::abs(offset_ns) > reach_ns_) continue;
-      waits_.add_return(times_ps_[i] - times_ps_[i - 1], offset_ns, share);
-      break;
-    }
+  near_.collect(folded_, windows_, train_,
+                {delay_ns, walk_ns_at(estimate.velocity_mps, folded_.length_ns)});
+  for (std::size_t n = 0; n < near_.photons(); ++n) {
+    const std::size_t i = near_.index[n];
+    if (i == 0) continue;
+    waits_.add_return(times_ps_[i] - times_ps_[i - 1], near_.residual_ns[near_.first[n]], share);
   }
 }
 

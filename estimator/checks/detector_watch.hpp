@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "estimator/checks/detector_waits.hpp"
-#include "estimator/fold/folded_frame.hpp"
-#include "estimator/model/comb.hpp"
+#include "estimator/fold/near_set.hpp"
 #include "estimator/model/estimate.hpp"
 #include "estimator/model/frame_view.hpp"
 #include "estimator/model/options.hpp"
@@ -48,8 +47,9 @@ class DetectorWatch {
   ClockReference reference_;
   std::size_t inputs_;
   double reach_ns_;
-  CombWindow window_;  // of the first comb: returns are looked at where there is no other
+  std::vector<CombWindow> windows_;
   FoldedFrame folded_;
+  NearSet near_;  // returns, looked at where the train has one segment
   DetectorWaits waits_;
   std::vector<std::int64_t> times_ps_;  // of this frame, ascending
   double since_judged_ns_ = 0, since_clear_ns_ = 0;
