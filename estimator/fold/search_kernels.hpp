@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "estimator/model/kernel_levels.hpp"
+
 namespace splid {
 
 // The loops that the search spends its time in, compiled once for each vector level (see
@@ -65,17 +67,6 @@ struct SearchKernels {
                       const std::uint8_t* flags, int shift, std::size_t count);
 };
 
-namespace generic {
-extern const SearchKernels search_kernels;
-}
-namespace x86_64_v3 {
-extern const SearchKernels search_kernels;
-}
-namespace x86_64_v4 {
-extern const SearchKernels search_kernels;
-}
-namespace neon {
-extern const SearchKernels search_kernels;
-}
+SPLID_DECLARE_KERNELS(SearchKernels, search_kernels)
 
 }  // namespace splid

@@ -3,6 +3,8 @@
 // Included by a file compiled for several vector levels: no header here may emit inline functions.
 #include <cstddef>
 
+#include "estimator/model/kernel_levels.hpp"
+
 namespace splid {
 
 // The loops that the likelihood spends its time in beside the pulse's own, compiled once for each
@@ -57,17 +59,6 @@ struct LikelihoodKernels {
   void (*products)(double* products, const double* intensity, std::size_t count);
 };
 
-namespace generic {
-extern const LikelihoodKernels likelihood_kernels;
-}
-namespace x86_64_v3 {
-extern const LikelihoodKernels likelihood_kernels;
-}
-namespace x86_64_v4 {
-extern const LikelihoodKernels likelihood_kernels;
-}
-namespace neon {
-extern const LikelihoodKernels likelihood_kernels;
-}
+SPLID_DECLARE_KERNELS(LikelihoodKernels, likelihood_kernels)
 
 }  // namespace splid

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/likelihood/kernel_choice.hpp"
+#include "estimator/model/vector_level.hpp"
 
 namespace splid::likelihood {
 namespace {
@@ -30,7 +30,7 @@ LogLikelihood::LogLikelihood(const PulseShape& shape, const PulseTrain& train,
                              std::size_t max_photons, const Scope& scope)
     : shape_(shape),
       train_(train),
-      kernels_(likelihood_kernels(best_vector_level())),
+      kernels_(SPLID_KERNELS_OF(best_vector_level(), likelihood_kernels)),
       near_(train, shape, max_photons, scope.targets, scope.most_width) {
   for (auto* values : {&offset_, &h_, &d1_, &d2_}) values->reserve(near_.most_entries());
   if (scope.may_be_dead) hidden_.emplace(shape, train, max_photons, scope.targets, near_);

@@ -3,6 +3,8 @@
 // Included by a file compiled for several vector levels: no header here may emit inline functions.
 #include <cstddef>
 
+#include "estimator/model/kernel_levels.hpp"
+
 namespace splid {
 
 // The loop that the likelihoods spend their time in, compiled once for each vector level (see
@@ -16,17 +18,6 @@ struct PulseKernels {
                    double peak, std::size_t count);
 };
 
-namespace generic {
-extern const PulseKernels pulse_kernels;
-}
-namespace x86_64_v3 {
-extern const PulseKernels pulse_kernels;
-}
-namespace x86_64_v4 {
-extern const PulseKernels pulse_kernels;
-}
-namespace neon {
-extern const PulseKernels pulse_kernels;
-}
+SPLID_DECLARE_KERNELS(PulseKernels, pulse_kernels)
 
 }  // namespace splid

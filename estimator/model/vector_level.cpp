@@ -54,15 +54,7 @@ void limit_vector_level(VectorLevel widest) {
 }
 
 const PulseKernels& pulse_kernels(VectorLevel level) {
-#ifdef SPLID_X86_64_LEVELS
-  if (level == VectorLevel::x86_64_v4) return x86_64_v4::pulse_kernels;
-  if (level == VectorLevel::x86_64_v3) return x86_64_v3::pulse_kernels;
-#elif defined(SPLID_ARM64_LEVELS)
-  if (level == VectorLevel::neon) return neon::pulse_kernels;
-#else
-  (void)level;
-#endif
-  return generic::pulse_kernels;
+  return SPLID_KERNELS_OF(level, pulse_kernels);
 }
 
 }  // namespace splid
