@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "protocol/fold_members.hpp"
+#include "protocol/status_members.hpp"
 #include "tests/support/generated.hpp"
 
 namespace splid {
@@ -24,6 +26,8 @@ class MemberTable {
   void count_if_any(const Member& member, std::uint64_t /*value*/) { row(member); }
   void whole(const Member& member, std::int64_t /*value*/) { row(member); }
   void flag(const Member& member, bool /*value*/) { row(member); }
+  void flag_if_any(const Member& member, bool /*value*/) { row(member); }
+  void json(const Member& member, const std::string& /*json*/) { row(member); }
   template <class Value>
   void choice(const Member& member, const Value& /*value*/) {
     row(member);
@@ -84,15 +88,23 @@ void expect_in_manual(const std::string& what, const MemberTable& table) {
                               "protocol.FrameMembers");
 }
 
+template <class Message>
+MemberTable of(const Message& message) {
+  MemberTable table;
+  describe(message, table);
+  return table;
+}
+
 TEST(FrameMembers, AreWhatTheManualSays) {
-  MemberTable frame;
-  const FrameMessage message;
-  describe(message, frame);
+  const MemberTable frame = of(FrameMessage{});
   expect_in_manual("a frame", frame);
   MemberTable finding;
   const FrameMessage::Finding one;
   describe_finding(one, finding);
   expect_in_manual("a finding", finding);
+  expect_in_manual("a status", of(StatusMessage{}));
+  expect_in_manual("a version", of(VersionMessage{}));
+  expect_in_manual("a fold", of(FoldMessage{}));
   EXPECT_LE(frame.members + finding.members + 2, 55) << "schema and v are two more";
 }
 
