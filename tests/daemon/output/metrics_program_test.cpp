@@ -174,7 +174,7 @@ std::set<std::string> metrics_named_in(const std::string& text) {
   return {names.begin(), names.end()};
 }
 
-TEST_F(MetricsProgram, TheDashboardNamesWhatThereIs) {
+TEST_F(MetricsProgram, TheDashboardAndTheAlertsNameWhatThereIs) {
   Program program({"run", "--config", config(R"({"http":"127.0.0.1:*"})")});
   const int port = port_of(program);
   ASSERT_NE(port, 0) << program.err();
@@ -200,6 +200,10 @@ TEST_F(MetricsProgram, TheDashboardNamesWhatThereIs) {
                            "splid_background_counts_per_second", "splid_valid_frame_age_seconds"}) {
     EXPECT_TRUE(shown.contains(name)) << name;
   }
+  const std::string alerts = file_text(SPLID_SOURCE_DIR "/docs/reference/prometheus-splid.yml");
+  const auto watched = metrics_named_in(alerts);
+  EXPECT_EQ(watched.size(), 12U);
+  for (const std::string& name : watched) EXPECT_TRUE(known.contains(name)) << name;
 }
 
 }  // namespace
