@@ -12,7 +12,7 @@ namespace splid {
 
 // Turns the tags of a T3 recording, as its decoder gives them, into records of a PTU in T3 mode,
 // type hydra_harp_v2_t3 (0x01010304): the number of a photon's sync and its time since that sync
-// stay as they were, so that nothing is said that was not measured.
+// stay as they were measured.
 //
 // A `missed` tag, a photon that came too late after its sync, becomes a record of its input and of
 // the largest time.

@@ -24,7 +24,7 @@ struct Slicing {
     return {std::max<std::uint64_t>(20, Slicing{}.frames / std::max<std::uint64_t>(1, pixels))};
   }
 
-  // All frames in one slice: with estimator.tracked a frame hangs on the estimates before it.
+  // All frames in one slice: with estimator.tracked a frame depends on the estimates before it.
   static Slicing whole() { return {std::numeric_limits<std::uint64_t>::max()}; }
 };
 
@@ -33,7 +33,7 @@ struct Slicing {
 //
 // A slice begins where its first frame does: at as many records as there are tags in the
 // frames before. (Records without a tag, such as overflows, put the slice a little earlier than
-// it stands in the file, which no result hangs on.)
+// it stands in the file, which changes no result.)
 //
 // Threads: wants() one; passed() and position() any. Errors: none. No allocation after
 // construction.

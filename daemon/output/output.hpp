@@ -28,8 +28,8 @@
 #include "daemon/stream/stream.hpp"
 #include "estimator/checks/detector_watch.hpp"
 
-// This room tells the world what comes of the streams. Who never saw it reads this header first,
-// then frame_message.hpp (what is said of a frame) and status_reporter.hpp (how the daemon does).
+// This room publishes the results of the streams. Read this header first, then frame_message.hpp
+// (the message of a frame) and status_reporter.hpp (the status of the daemon).
 
 namespace splid {
 

@@ -19,7 +19,7 @@ namespace splid::recording {
 // own, `checksum`, reads the recordings one after the other at the lowest priority, so that neither
 // frames nor the recording of the moment wait for it.
 //
-// Threads: add() and finish() one at a time. Errors: none; what goes wrong is said.
+// Threads: add() and finish() one at a time. Errors: none; failures are reported.
 class Checksums {
  public:
   // Takes a sentence for people, on the checksums' thread or that of finish().

@@ -32,7 +32,7 @@ struct EncoderPosition {
 // Joins the encoder's counts to the tags of its sample clock, by index: the k-th marker since the
 // clock was started is the time of count k.
 //
-//  - A run of markers begins with the first marker after at least 0.1 s that surely had none. A run
+//  - A run of markers begins with the first marker after at least 0.1 s without any. A run
 //    of counts begins with a batch of index 0. The n-th run of markers belongs to the n-th of
 //    counts.
 //  - The clock is regular, so that a marker that comes 25 % early or late shows that a marker is
@@ -99,7 +99,7 @@ class EncoderJoin {
   bool lost_step_ = false;               // for good
   std::int64_t run_start_ps_ = 0;        // marker 0
   std::optional<std::int64_t> last_ps_;  // time of the last marker
-  std::int64_t quiet_since_ps_ = 0;      // from this time on there was surely no marker
+  std::int64_t quiet_since_ps_ = 0;      // no marker since this time
 
   // Counts.
   std::map<std::int64_t, Run> runs_;  // by number; runs that the markers have passed are erased

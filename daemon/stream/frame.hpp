@@ -83,7 +83,7 @@ struct MarkerTag {
 // One frame with its tags. All times are in the tagger's clock. The Framer fills it; it may be read
 // from FrameSink::close() on, until it is opened again.
 struct Frame {
-  // 64 photons of the time before are surely enough: 8 detectors with 3 would-be detections in
+  // 64 photons of the time before suffice: 8 detectors with 3 would-be detections in
   // each dead time make 24.
   static constexpr std::size_t most_before = 64;
   static constexpr std::size_t most_inputs = 64;

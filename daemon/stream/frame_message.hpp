@@ -23,7 +23,7 @@ struct FrameContext {
   double amplitude_per_period = 0;  // of all pulses in one pattern period
   double mean_amplitude = 1;        // of a pulse
   bool lists_targets = false;       // scene.targets is more than 1
-  // The source counts syncs and does not time them (SourceInfo): there is nothing to say of them.
+  // The source counts syncs and does not time them (SourceInfo): frames have no `sync`.
   bool syncs_are_counted = false;
 };
 

@@ -198,7 +198,7 @@ void DroppingSink::drop(std::span<const Tag> tags) {
 
 void DroppingSink::drop(const Tag& tag) {
   if (tag.kind == TagKind::clock_break) {
-    break_stretch(tag.time_ps);
+    drop_break(tag.time_ps);
     return;
   }
   if (tag.kind == TagKind::heartbeat) return;  // a dropped heartbeat is no loss
@@ -219,7 +219,7 @@ void DroppingSink::drop(const Tag& tag) {
   }
 }
 
-void DroppingSink::break_stretch(std::int64_t time_ps) {
+void DroppingSink::drop_break(std::int64_t time_ps) {
   if (!before_.any) {
     before_ = after_;
   } else {
@@ -240,23 +240,23 @@ void DroppingSink::write_losses() {
   broken_ = false;
 }
 
-void DroppingSink::write(const Stretch& stretch) {
-  if (!stretch.any) return;
+void DroppingSink::write(const Dropped& dropped) {
+  if (!dropped.any) return;
   constexpr std::uint64_t most = std::numeric_limits<std::int32_t>::max();
-  std::uint64_t left = stretch.count;
-  std::int64_t begin_ps = stretch.first_ps;
+  std::uint64_t left = dropped.count;
+  std::int64_t begin_ps = dropped.first_ps;
   for (int pair = 0; pair == 0 || (left > 0 && pair < most_pairs); ++pair) {
     const std::uint64_t part = std::min(left, most);
     put({begin_ps, 0, TagKind::loss_begin, {}});
-    put({stretch.last_ps, static_cast<std::int32_t>(part), TagKind::loss_end, {}});
+    put({dropped.last_ps, static_cast<std::int32_t>(part), TagKind::loss_end, {}});
     left -= part;
-    begin_ps = stretch.last_ps;
+    begin_ps = dropped.last_ps;
   }
-  if (stretch.unknown) {
+  if (dropped.unknown) {
     put({begin_ps, 0, TagKind::loss_begin, {}});
-    put({stretch.last_ps, -1, TagKind::loss_end, {}});
+    put({dropped.last_ps, -1, TagKind::loss_end, {}});
   }
-  if (stretch.reopened) put({stretch.last_ps, 0, TagKind::loss_begin, {}});
+  if (dropped.reopened) put({dropped.last_ps, 0, TagKind::loss_begin, {}});
 }
 
 void DroppingSink::put(const Tag& tag) {

@@ -145,7 +145,7 @@ class DroppingSink final : public TagSink {
 
  private:
   // The tags dropped on one side of a clock_break.
-  struct Stretch {
+  struct Dropped {
     bool any = false;
     bool unknown = false;   // a dropped loss of the source itself had no count
     bool reopened = false;  // the last dropped loss_begin has no loss_end yet
@@ -156,9 +156,9 @@ class DroppingSink final : public TagSink {
 
   void drop(std::span<const Tag> tags);
   void drop(const Tag& tag);
-  void break_stretch(std::int64_t time_ps);
+  void drop_break(std::int64_t time_ps);
   void write_losses();
-  void write(const Stretch& stretch);
+  void write(const Dropped& dropped);
   void put(const Tag& tag);
   [[nodiscard]] bool pending() const { return before_.any || after_.any || broken_; }
 
@@ -168,8 +168,8 @@ class DroppingSink final : public TagSink {
   bool in_scratch_ = false;
   bool broken_ = false;  // a clock_break was dropped, at break_ps_
   std::int64_t break_ps_ = 0;
-  Stretch before_;  // dropped before the clock_break; unused without a clock_break
-  Stretch after_;   // dropped after it; without a clock_break, all dropped tags
+  Dropped before_;  // dropped before the clock_break; unused without a clock_break
+  Dropped after_;   // dropped after it; without a clock_break, all dropped tags
   std::atomic<std::uint64_t> dropped_tags_{0};
   std::atomic<std::uint64_t> drops_{0};
 };

@@ -9,38 +9,38 @@ namespace splid::simulator {
 
 EmissionSchedule::EmissionSchedule(const Pattern& pattern) {
   double begin_ps = 0;
-  for (const PatternSegment& segment : pattern.segments) {
-    Stretch stretch{begin_ps, segment.period_ps, amplitude_, 0, 1, segment.pulse_times_ps, {}};
+  for (const PatternSegment& given : pattern.segments) {
+    Segment segment{begin_ps, given.period_ps, amplitude_, 0, 1, given.pulse_times_ps, {}};
     // A single segment is looped, whatever its repeats.
-    if (pattern.segments.size() > 1) stretch.repeats = static_cast<double>(segment.repeats);
-    for (const double amplitude : segment.amplitudes) {
-      stretch.amplitude += amplitude;
-      stretch.accumulated.push_back(stretch.amplitude);
+    if (pattern.segments.size() > 1) segment.repeats = static_cast<double>(given.repeats);
+    for (const double amplitude : given.amplitudes) {
+      segment.amplitude += amplitude;
+      segment.accumulated.push_back(segment.amplitude);
     }
-    begin_ps += stretch.period_ps * stretch.repeats;
-    amplitude_ += stretch.amplitude * stretch.repeats;
-    if (stretch.amplitude > 0) stretches_.push_back(std::move(stretch));
+    begin_ps += segment.period_ps * segment.repeats;
+    amplitude_ += segment.amplitude * segment.repeats;
+    if (segment.amplitude > 0) segments_.push_back(std::move(segment));
   }
 }
 
 double EmissionSchedule::pulse_time_ps(double accumulated) const {
-  auto stretch = std::upper_bound(
-      stretches_.begin() + 1, stretches_.end(), accumulated,
-      [](double value, const Stretch& candidate) { return value < candidate.begin_amplitude; });
-  --stretch;
-  double within = accumulated - stretch->begin_amplitude;
+  auto segment = std::upper_bound(
+      segments_.begin() + 1, segments_.end(), accumulated,
+      [](double value, const Segment& candidate) { return value < candidate.begin_amplitude; });
+  --segment;
+  double within = accumulated - segment->begin_amplitude;
   const double repeat =
-      std::clamp(std::floor(within / stretch->amplitude), 0.0, stretch->repeats - 1);
-  within -= repeat * stretch->amplitude;
+      std::clamp(std::floor(within / segment->amplitude), 0.0, segment->repeats - 1);
+  within -= repeat * segment->amplitude;
   // Rounding may leave `within` at the very end of the repeat. The pulse is then the last that
   // sends light.
-  auto pulse = std::upper_bound(stretch->accumulated.begin(), stretch->accumulated.end(), within);
-  if (pulse == stretch->accumulated.end()) {
-    pulse = std::lower_bound(stretch->accumulated.begin(), stretch->accumulated.end(),
-                             stretch->amplitude);
+  auto pulse = std::upper_bound(segment->accumulated.begin(), segment->accumulated.end(), within);
+  if (pulse == segment->accumulated.end()) {
+    pulse = std::lower_bound(segment->accumulated.begin(), segment->accumulated.end(),
+                             segment->amplitude);
   }
-  const auto index = static_cast<std::size_t>(pulse - stretch->accumulated.begin());
-  return stretch->begin_ps + repeat * stretch->period_ps + stretch->times_ps[index];
+  const auto index = static_cast<std::size_t>(pulse - segment->accumulated.begin());
+  return segment->begin_ps + repeat * segment->period_ps + segment->times_ps[index];
 }
 
 GeneratorClock::GeneratorClock(const Pattern& pattern, DriftRate drift)

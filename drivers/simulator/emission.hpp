@@ -24,8 +24,8 @@ class EmissionSchedule {
   [[nodiscard]] double pulse_time_ps(double accumulated) const;
 
  private:
-  // A segment with its repeats.
-  struct Stretch {
+  // Of the pattern, with its repeats.
+  struct Segment {
     double begin_ps;
     double period_ps;
     double begin_amplitude;
@@ -35,7 +35,7 @@ class EmissionSchedule {
     std::vector<double> accumulated;  // amplitudes up to and including each pulse
   };
 
-  std::vector<Stretch> stretches_;
+  std::vector<Segment> segments_;
   double amplitude_ = 0;
 };
 

@@ -94,7 +94,7 @@ std::optional<FineTime> SignalStream::arrival_in_scan() {
   return arrival(emitted_);
 }
 
-// How far behind the target's distance a photon is sent back. Fog: of the light that comes back,
+// How far behind the target's distance a photon is sent back. Fog: of the returns,
 // optics that overlap the more the farther it is, and extinction, leave z exp(-z / scale).
 double SignalStream::behind_m(const FineTime& arrival) {
   if (motion().depth_m() > 0) return motion().behind_m(arrival.seconds(), random_.uniform());

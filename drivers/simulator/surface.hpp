@@ -20,7 +20,7 @@ struct Direction {
   [[nodiscard]] Vector unit() const;
 };
 
-// What a direction meets: the path along the line of sight, and the light that comes back.
+// What a direction meets: the path along the line of sight, and the return signal.
 struct Meeting {
   TargetOptions path;
   double signal_per_pulse = 0;  // mean detections of a pulse of amplitude 1

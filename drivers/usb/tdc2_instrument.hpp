@@ -32,7 +32,7 @@ struct Tdc2Settings {
 //
 // Heartbeats: the instrument is asked to insert dummy records, which become heartbeats. Where
 // nothing has come for 10 ms, the instrument is asked to send what waits in a packet that is not
-// full. The heartbeat is then the time that has surely passed: that of the host's clock, less 50
+// full. The heartbeat is then the time that has passed at least: that of the host's clock, less 50
 // ms.
 class Tdc2Instrument final : public Instrument {
  public:

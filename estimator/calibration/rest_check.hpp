@@ -18,7 +18,7 @@ struct RestReport {
   double delay_rate_ps_per_s = 0;  // of the delay, along a straight line through all frames
   double std_delay_rate_ps_per_s = 0;
   double wander_ps = 0;          // rms about that line, less the part of the photons' noise
-  double wander_deviations = 0;  // how surely it wanders, at the time scale that shows it best
+  double wander_deviations = 0;  // significance of the wander, at the time scale that shows it best
 
   // How far the delay travelled along that line over the recording.
   [[nodiscard]] double walk_ps() const { return delay_rate_ps_per_s * seconds; }
