@@ -175,8 +175,8 @@ class BatchRun {
 
   int say_stopped() {
     progress_.clear();
-    log_warning("stopped: {} of {} recordings are measured; the same command goes on from here",
-                measured_, recordings_.size());
+    log_warning("stopped: {} of {} recordings are measured; the same command resumes", measured_,
+                recordings_.size());
     return stopped_exit_code;
   }
 
@@ -227,23 +227,19 @@ int merge(const std::string& folder) {
 }  // namespace
 
 void add_batch(CLI::App& app, Action& action) {
-  CLI::App* command = app.add_subcommand("batch", "Measure again from many recordings, to tables");
+  CLI::App* command = app.add_subcommand("batch", "Measure many recordings, with a table for each");
   const auto options = std::make_shared<BatchCommand>();
-  command
-      ->add_option("files", options->files,
-                   "Recordings, and folders of which all recordings are taken")
-      ->required();
+  command->add_option("files", options->files, "Recordings, and folders of recordings")->required();
   command->add_option("--config,-c", options->config, "Configuration; its source is not used")
       ->required();
   command
       ->add_option("--output,-o", options->output,
-                   "Folder for the tables: new, empty, or of a batch that is to go on")
+                   "Folder for the tables: new, empty, or that of an unfinished batch")
       ->required();
-  command->add_option("--shard", options->shard,
-                      "i/N: measure the i-th of N shares of the work, for splid merge");
+  command->add_option("--shard", options->shard, "I/N: measure share I of N, for splid merge");
   command
       ->add_option("--jobs,-j", options->jobs,
-                   "Frames to estimate at the same time (default: one for each processor)")
+                   "Frames estimated at the same time (default: number of processors)")
       ->check(number_between(1, most_jobs));
   add_log_options(*command);
   command->callback([&action, options] { action = [options] { return run_batch(*options); }; });
@@ -251,9 +247,9 @@ void add_batch(CLI::App& app, Action& action) {
 
 void add_merge(CLI::App& app, Action& action) {
   CLI::App* command =
-      app.add_subcommand("merge", "Make the tables and the summary of what shards have measured");
+      app.add_subcommand("merge", "Make tables and summary from all shares of a batch");
   const auto folder = std::make_shared<std::string>();
-  command->add_option("folder", *folder, "What splid batch --output was given")->required();
+  command->add_option("folder", *folder, "Output folder of the batch")->required();
   add_log_options(*command);
   command->callback([&action, folder] { action = [folder] { return merge(*folder); }; });
 }

@@ -47,9 +47,9 @@ void add_bridge(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand(
       "bridge", "Read an instrument through its maker's library or program, for splid run");
   command->require_subcommand(1);
-  add_maker(*command, action, "picoquant", "MultiHarp, HydraHarp 400, TimeHarp 260 or PicoHarp 300",
-            bridge_picoquant);
-  add_maker(*command, action, "idq", "ID900 or ID1000 Time Controller of ID Quantique's",
+  add_maker(*command, action, "picoquant",
+            "Read a MultiHarp, HydraHarp 400, TimeHarp 260 or PicoHarp 300", bridge_picoquant);
+  add_maker(*command, action, "idq", "Read an ID900 or ID1000 Time Controller of ID Quantique",
             bridge_idq);
 }
 

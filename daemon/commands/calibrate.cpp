@@ -100,33 +100,32 @@ void add_options(CLI::App& command, CalibrateCommand& options) {
                   "Configuration: channels, nominal pattern, pulse width")
       ->required();
   command.add_option("--output,-o", options.output, "Pattern file to write")->required();
-  command.add_option(
-      "--distance-m", options.plan.distance_m,
-      "Distance of the target at rest, m (without it, the target reads the middle of the range)");
+  command.add_option("--distance-m", options.plan.distance_m,
+                     "Distance of the target, m (default: the middle of the range)");
   command
-      .add_option("--time-ps", options.plan.goal.std_time_ps,
-                  "How well each pulse's time has to be known, one standard deviation, and how far "
-                  "the target may have moved")
+      .add_option(
+          "--time-ps", options.plan.goal.std_time_ps,
+          "Required standard deviation of each pulse time, and largest motion of the target, ps")
       ->check(number_above_zero())
       ->capture_default_str();
   command
       .add_option("--amplitude-percent", options.amplitude_percent,
-                  "How well each pulse's amplitude has to be known, in percent of the mean pulse")
+                  "Required standard deviation of each amplitude, percent of the mean amplitude")
       ->check(number_above_zero())
       ->capture_default_str();
   command.add_option("--csv", options.csv,
-                     "Text file to write the photons of all pulses into, laid upon each other "
-                     "(with --plot by default its name with .csv)");
+                     "Text file for the superposed photons of all pulses (default with --plot: its "
+                     "name with .csv)");
   command.add_option("--plot", options.plot,
-                     "Picture of the pulse to draw by Python: .svg, .png or .pdf");
-  command.add_flag("--force", options.force, "Write over an existing file");
+                     "Picture of the pulse to write: .svg, .png or .pdf; needs Python");
+  command.add_flag("--force", options.force, "Overwrite an existing file");
 }
 
 }  // namespace
 
 void add_calibrate(CLI::App& app, Action& action) {
-  CLI::App* command =
-      app.add_subcommand("calibrate", "Find a pattern's pulses in a static target's recording");
+  CLI::App* command = app.add_subcommand(
+      "calibrate", "Find the pulses of a pattern in a recording of a target at rest");
   const auto options = std::make_shared<CalibrateCommand>();
   add_options(*command, *options);
   add_log_options(*command);

@@ -130,26 +130,25 @@ int write_cloud(const CloudCommand& options) {
 
 void add_cloud(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand(
-      "cloud", "Measure again from recordings of pixels, to a cloud of points with velocities");
+      "cloud", "Measure recordings of an array into a point cloud with velocities");
   const auto options = std::make_shared<CloudCommand>();
-  command->add_option("recordings", options->recordings, "Recordings, in the order of their time")
-      ->required();
+  command->add_option("recordings", options->recordings, "Recordings in order of time")->required();
   command
       ->add_option("--config,-c", options->config,
                    "Configuration with the direction of each pixel; its source is not used")
       ->required();
   command
       ->add_option("--output,-o", options->output,
-                   "Cloud: .pcd, .ply, .las, Open3D's .xyzd, or .bin, rows of float32; m and m/s, "
-                   "receding positive; with %d, %06d (a frame's number) or %t (its time, us) in "
-                   "its name one for each frame")
+                   "Cloud to write: .pcd, .ply, .las, .xyzd (Open3D) or .bin (rows of float32), in "
+                   "m and m/s, receding positive. A name with %d, %06d (frame number) or %t (time, "
+                   "us) gives a file for each frame")
       ->required();
   command
-      ->add_option("--layout", options->layout,
-                   "Rows of .bin: dicp is x y z v, aeva x y z v t (ns), boreas x y z intensity v t "
-                   "(s)")
+      ->add_option(
+          "--layout", options->layout,
+          "Row of a .bin file: dicp x y z v, aeva x y z v t (ns), boreas x y z intensity v t (s)")
       ->check(CLI::IsMember({"dicp", "aeva", "boreas"}));
-  command->add_flag("--ascii", options->ascii, "Text in the place of binary: .pcd and .ply");
+  command->add_flag("--ascii", options->ascii, "Write .pcd and .ply as text");
   command->add_flag("--force", options->force, "Overwrite an existing file");
   add_log_options(*command);
   command->callback([&action, options] { action = [options] { return write_cloud(*options); }; });

@@ -12,7 +12,7 @@ void add_log_options(CLI::App& command) {
   command
       .add_option_function<std::string>(
           "--log-level", [](const std::string& name) { set_log_level(name); },
-          "What to say on standard error (default info)")
+          "Least level of messages on standard error (default info)")
       ->check(names);
   command.add_flag_callback(
       "-v,--verbose", [] { set_log_level("debug"); }, "Same as --log-level debug");

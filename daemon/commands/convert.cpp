@@ -47,10 +47,9 @@ int convert(const ConvertCommand& options) {
 }  // namespace
 
 void add_convert(CLI::App& app, Action& action) {
-  CLI::App* command =
-      app.add_subcommand("convert", "Write a recording of another format as a PTU recording");
+  CLI::App* command = app.add_subcommand("convert", "Convert a recording of another format to PTU");
   const auto options = std::make_shared<ConvertCommand>();
-  command->add_option("recording", options->recording, "Recording of any format that splid reads")
+  command->add_option("recording", options->recording, "Recording in any format that splid reads")
       ->required();
   command->add_option("output,--output,-o", options->output, "PTU file to write")->required();
   command->add_flag("--force", options->force, "Overwrite an existing file");

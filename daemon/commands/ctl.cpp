@@ -165,28 +165,28 @@ int ctl(const CtlCommand& options) {
 void add_output(CLI::App& command, CtlCommand& options, const char* what) {
   CLI::Option* output = command.add_option("--output,-o", options.output, what);
   if (command.get_name() == "calibrate") output->required();
-  command.add_flag("--force", options.force, "Write over an existing file");
+  command.add_flag("--force", options.force, "Overwrite an existing file");
 }
 
 void add_calibrate_options(CLI::App& command, CtlCommand& options) {
   control::CalibrateRequest& request = options.request.calibrate;
   command
       .add_option("--seconds", request.seconds,
-                  "How long to take tags from the source; it does not measure meanwhile")
+                  "Time to collect tags, s; splid does not measure meanwhile")
       ->required()
       ->check(number_between(0.1, 600));
-  command.add_option("--distance-m", request.distance_m,
-                     "Distance of the target, m, which must be at rest (without it, distances are "
-                     "relative to the target)");
+  command.add_option(
+      "--distance-m", request.distance_m,
+      "Distance of the target at rest, m (default: later distances are relative to the target)");
   command
-      .add_option("--time-ps", request.time_ps,
-                  "How well each pulse's time has to be known, one standard deviation, and how far "
-                  "the target may have moved")
+      .add_option(
+          "--time-ps", request.time_ps,
+          "Required standard deviation of each pulse time, and largest motion of the target, ps")
       ->check(number_above_zero())
       ->capture_default_str();
   command
       .add_option("--amplitude-percent", request.amplitude_percent,
-                  "How well each pulse's amplitude has to be known, in percent of the mean pulse")
+                  "Required standard deviation of each amplitude, percent of the mean amplitude")
       ->check(number_above_zero())
       ->capture_default_str();
   add_output(command, options, "Pattern file to write");
@@ -195,19 +195,19 @@ void add_calibrate_options(CLI::App& command, CtlCommand& options) {
 }  // namespace
 
 void add_ctl(CLI::App& app, Action& action) {
-  CLI::App* command = app.add_subcommand("ctl", "Control a running splid, or show its status");
+  CLI::App* command = app.add_subcommand("ctl", "Control a running splid");
   const auto options = std::make_shared<CtlCommand>();
   CLI::Option* endpoint = command->add_option(
       "--endpoint,-e", options->endpoint,
-      "The daemon's control.endpoint (without it the service's own, or this user's)");
+      "control.endpoint of the daemon (default: that of the service, or of this user)");
   command
       ->add_option("--config,-c", options->config,
-                   "The daemon's configuration, whose control.endpoint is taken")
+                   "Configuration of the daemon, which names control.endpoint")
       ->excludes(endpoint);
   command->add_option("--key", options->key, "For tcp://: file of your secret key (splid keys)");
   command->add_option("--server-key", options->server_key,
                       "For tcp://: the server's public key, or its file");
-  command->add_flag("--json", options->json, "The reply as a line of JSON on standard output");
+  command->add_flag("--json", options->json, "Print the reply as a line of JSON");
   command->require_subcommand(1);
   const auto add = [&](CLI::App* parent, const char* name, control::Command asked,
                        const char* doc) {
@@ -220,16 +220,17 @@ void add_ctl(CLI::App& app, Action& action) {
   };
   add(command, "status", control::Command::status, "Show the status");
   add(command, "start", control::Command::start, "Open the source and measure");
-  add(command, "stop", control::Command::stop, "Stop measuring and close the source; it stays");
-  CLI::App* record = command->add_subcommand("record", "Keep the tags that it measures from");
+  add(command, "stop", control::Command::stop,
+      "Stop measuring and close the source; splid keeps running");
+  CLI::App* record = command->add_subcommand("record", "Start or end a recording");
   record->require_subcommand(1)->fallthrough();
-  add(record, "start", control::Command::record_start, "Record into its record.folder");
+  add(record, "start", control::Command::record_start, "Record the tags into record.folder");
   add(record, "stop", control::Command::record_stop, "End the recording");
   CLI::App* upload = add(command, "upload", control::Command::upload,
-                         "Upload its pattern to its waveform generator");
-  add_output(*upload, *options, "Pattern file to write: the pattern as it is played");
+                         "Upload the pattern to the waveform generator");
+  add_output(*upload, *options, "Pattern file to write, as played");
   CLI::App* calibrate = add(command, "calibrate", control::Command::calibrate,
-                            "Find its pattern's pulses from what its source sends");
+                            "Find the pulses of the pattern from a target at rest");
   add_calibrate_options(*calibrate, *options);
 }
 

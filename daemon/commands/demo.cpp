@@ -115,13 +115,13 @@ int demo(const DemoCommand& options) {
 
 void add_demo(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand(
-      "demo", "Measure a simulated target and show it as a page for browsers, until Ctrl-C");
+      "demo", "Measure a simulated target and serve its live page, until Ctrl-C");
   const auto options = std::make_shared<DemoCommand>();
   command->add_option("--endpoint,-e", options->endpoint,
-                      "Where to publish (default: as demo.json says)");
+                      "Endpoint to publish on (default: that of demo.json)");
   command
       ->add_option("--http", options->http,
-                   "HOST:PORT of the page, or its port; port *: any that is free")
+                   "HOST:PORT or PORT of the page; with port *, any free port")
       ->capture_default_str();
   add_log_options(*command);
   command->callback([&action, options] { action = [options] { return demo(*options); }; });

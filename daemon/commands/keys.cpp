@@ -37,11 +37,12 @@ int make_keys(const KeysCommand& options) {
 }  // namespace
 
 void add_keys(CLI::App& app, Action& action) {
-  CLI::App* command = app.add_subcommand("keys", "Make a pair of keys for security");
+  CLI::App* command = app.add_subcommand("keys", "Make a pair of keys for encrypted connections");
   const auto options = std::make_shared<KeysCommand>();
-  command->add_option("name", options->name, "Whose they are: NAME.key and NAME.key_secret")
+  command
+      ->add_option("name", options->name, "Name of the files NAME.key (public) and NAME.key_secret")
       ->capture_default_str();
-  command->add_option("--output,-o", options->folder, "Folder to write them into")
+  command->add_option("--output,-o", options->folder, "Folder for the files")
       ->capture_default_str();
   command->callback([&action, options] { action = [options] { return make_keys(*options); }; });
 }

@@ -100,7 +100,7 @@ std::string frame_line(const FrameMessage& frame, const std::optional<FrameError
 
 Error silence(const ListenCommand& options, security::HandshakeWatch::State state,
               const std::optional<security::CurveClient>& client) {
-  return {Fault::device, fmt::format("nothing came for {:g} s: ", options.timeout_s) +
+  return {Fault::device, fmt::format("no message for {:g} s: ", options.timeout_s) +
                              in_words(state, options.endpoint, client ? &*client : nullptr)};
 }
 
@@ -401,21 +401,21 @@ CLI::Validator topic_check() {
 void add_truth_options(CLI::App& command, ListenCommand& options) {
   command.add_option(
       "--truth", options.truth,
-      "Truth of a simulated scene (FILE.truth.json): show each frame's error, sum up");
+      "Truth of a simulated scene (FILE.truth.json): print each frame's error, and their RMSE");
   command
       .add_option("--max-distance-rmse-mm", options.limits.max_distance_rmse_mm,
-                  "With --truth: exit with 4 if it is larger, or a frame lost or wrong")
+                  "With --truth: exit code 4 if the RMSE is larger, or a frame is lost or wrong")
       ->check(number_above_zero());
   command
       .add_option("--max-velocity-rmse-cmps", options.limits.max_velocity_rmse_cmps,
-                  "With --truth: exit with 4 if it is larger, or a frame lost or wrong")
+                  "With --truth: exit code 4 if the RMSE is larger, or a frame is lost or wrong")
       ->check(number_above_zero());
 }
 
 }  // namespace
 
 void add_listen(CLI::App& app, Action& action) {
-  CLI::App* command = app.add_subcommand("listen", "Show what a running splid publishes");
+  CLI::App* command = app.add_subcommand("listen", "Print what a running splid publishes");
   const auto options = std::make_shared<ListenCommand>();
   command->add_option("--endpoint,-e", options->endpoint, "The daemon's publish.endpoint")
       ->capture_default_str();
@@ -426,16 +426,15 @@ void add_listen(CLI::App& app, Action& action) {
   command->add_option("--key", options->key, "File of your secret key (splid keys), for CURVE");
   command->add_option("--server-key", options->server_key,
                       "The server's public key, or its file, for CURVE");
-  CLI::Option* json = command->add_flag("--json", options->json, "Print the messages as they are");
+  CLI::Option* json = command->add_flag("--json", options->json, "Print the messages as JSON");
   command
       ->add_flag("--watch,-w", options->watch,
-                 "Fill the terminal with state, pictures of several pixels, values and their last "
-                 "seconds; plain lines where standard output is none")
+                 "Fill the terminal with state, values, their last seconds and pictures of an "
+                 "array (plain lines without a terminal)")
       ->excludes(json);
-  command->add_option("--count,-n", options->count, "End after so many messages")
+  command->add_option("--count,-n", options->count, "End after this many messages")
       ->check(whole_number_above_zero());
-  command
-      ->add_option("--timeout", options->timeout_s, "Fail when nothing comes for so many seconds")
+  command->add_option("--timeout", options->timeout_s, "Fail if no message comes for this time, s")
       ->check(number_above_zero());
   add_truth_options(*command, *options);
   command->callback([&action, options] { action = [options] { return listen(*options); }; });

@@ -91,35 +91,39 @@ Pattern mrr(const PatternCommand& options) {
 }
 
 void add_kinds(CLI::App& pattern, PatternCommand& options, Action& action) {
-  CLI::App* kind = add_kind(pattern, "interleaved", "Pulse trains of several periods laid over",
+  CLI::App* kind = add_kind(pattern, "interleaved", "Superposed pulse trains of several periods",
                             options, action, interleaved);
-  kind->add_option("--subperiods-ns", options.subperiods_ns, "Their periods, such as 180,189")
+  kind->add_option("--subperiods-ns", options.subperiods_ns,
+                   "Periods of the trains, ns, such as 180,189")
       ->delimiter(',')
       ->required();
-  kind = add_kind(pattern, "random", "Random pulse times that keep a distance", options, action,
+  kind = add_kind(pattern, "random", "Random pulse times with a least spacing", options, action,
                   random);
-  kind->add_option("--period-ns", options.period_ns, "Pattern period")->capture_default_str();
-  kind->add_option("--pulses", options.pulses, "Pulses a period")
+  kind->add_option("--period-ns", options.period_ns, "Period of the pattern, ns")
+      ->capture_default_str();
+  kind->add_option("--pulses", options.pulses, "Pulses in a period")
       ->check(whole_number())
       ->capture_default_str();
-  kind->add_option("--min-spacing-ns", options.min_spacing_ns, "Least distance of pulses")
+  kind->add_option("--min-spacing-ns", options.min_spacing_ns, "Least spacing of the pulses, ns")
       ->capture_default_str();
-  kind->add_option("--seed", options.seed, "Another seed, another pattern")
+  kind->add_option("--seed", options.seed, "Seed of the random times")
       ->check(whole_number())
       ->capture_default_str();
-  kind->add_flag("--stratified", options.stratified, "One pulse in each of equal slots instead");
+  kind->add_flag("--stratified", options.stratified, "Place one pulse in each of equal slots");
   kind = add_kind(pattern, "periodic", "Evenly spaced pulses", options, action, periodic);
-  kind->add_option("--period-ns", options.period_ns, "Pattern period")->capture_default_str();
-  kind->add_option("--pulses", options.periodic_pulses, "Pulses a period")
+  kind->add_option("--period-ns", options.period_ns, "Period of the pattern, ns")
+      ->capture_default_str();
+  kind->add_option("--pulses", options.periodic_pulses, "Pulses in a period")
       ->check(whole_number())
       ->capture_default_str();
   kind->add_flag("--ambiguous", options.ambiguous,
-                 "Targets may be beyond the range: frames are ambiguous");
+                 "Mark the range as ambiguous: targets may be beyond it");
   kind = add_kind(pattern, "mrr", "Several repetition rates in turn", options, action, mrr);
-  kind->add_option("--periods-ns", options.subperiods_ns, "Their periods, such as 180,189")
+  kind->add_option("--periods-ns", options.subperiods_ns,
+                   "Periods of the trains, ns, such as 180,189")
       ->delimiter(',')
       ->required();
-  kind->add_option("--repeats", options.repeats, "Pulses of each, or one number for all")
+  kind->add_option("--repeats", options.repeats, "Pulses of each rate, or one number for all")
       ->delimiter(',')
       ->required();
 }

@@ -45,15 +45,16 @@ int plot(PlotCommand options) {
 
 void add_plot(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand(
-      "plot", "Draw a table of frames, a recording, a calibrated pattern or a tradeoff");
+      "plot",
+      "Draw a table of frames, a recording, a calibrated pattern or a tradeoff, with Python");
   const auto options = std::make_shared<PlotCommand>();
-  command->add_option("file", options->file, "What to draw")->required();
+  command->add_option("file", options->file, "Table, recording, pattern or tradeoff to draw")
+      ->required();
   command->add_option("--config,-c", options->config,
-                      "Of a recording: measure it with this configuration and draw its frames; "
-                      "else its rates, and its photons between two syncs, are drawn");
+                      "Measure the recording with this configuration and draw the frames (default: "
+                      "draw its rates, and the photons between two syncs)");
   command->add_option("--output,-o", options->output,
-                      "Picture to draw by Python: .svg, .png or .pdf (default: the file's name "
-                      "with .png)");
+                      "Picture to write: .svg, .png or .pdf (default: the file's name with .png)");
   add_log_options(*command);
   command->callback([&action, options] { action = [options] { return plot(*options); }; });
 }

@@ -141,28 +141,26 @@ int replay(const ReplayCommand& options) {
 }  // namespace
 
 void add_replay(CLI::App& app, Action& action) {
-  CLI::App* command = app.add_subcommand("replay", "Measure again from a recording");
+  CLI::App* command = app.add_subcommand("replay", "Measure a recording again");
   const auto options = std::make_shared<ReplayCommand>();
   command->add_option("recording", options->recording, "Recording, T2 or T3 mode")->required();
   command->add_option("--config,-c", options->config, "Configuration; its source is not used")
       ->required();
   command->add_option("--encoder", options->encoder,
-                      "Counts of the encoder; else those in RECORDING.encoder.csv, if it is there");
-  command->add_option("--speed", options->speed, "max, or how many times the recorded pace")
+                      "Counts of the encoder (default: RECORDING.encoder.csv, if there is one)");
+  command->add_option("--speed", options->speed, "max, or a multiple of the recorded pace")
       ->capture_default_str();
   CLI::Option* output = command->add_option(
-      "--output,-o", options->output, "Each frame as a row of a table: .h5 is HDF5, .csv is text");
+      "--output,-o", options->output, "Table of the frames to write: .h5 (HDF5) or .csv (text)");
   command->add_flag("--force", options->force, "Overwrite an existing table")->needs(output);
-  command->add_flag("--json", options->json, "Each frame as a line of JSON on standard output");
-  CLI::Option* wait =
-      command
-          ->add_option("--wait-for-subscriber", options->wait_for_subscriber_s,
-                       "Seconds to wait at most until somebody subscribes to frames")
-          ->check(number_between(0, most_wait_s));
+  command->add_flag("--json", options->json, "Print each frame as a line of JSON");
+  CLI::Option* wait = command
+                          ->add_option("--wait-for-subscriber", options->wait_for_subscriber_s,
+                                       "Longest wait for a subscriber before the replay starts, s")
+                          ->check(number_between(0, most_wait_s));
   command
       ->add_flag("--no-publish", options->no_publish,
-                 "Bind no endpoint: frames go to --json and --output alone, and the end's count to "
-                 "people")
+                 "Bind no endpoint; frames go to --json and --output only")
       ->excludes(wait);
   add_log_options(*command);
   command->callback([&action, options] { action = [options] { return replay(*options); }; });

@@ -14,7 +14,8 @@
 namespace splid {
 
 void add_run(CLI::App& app, Action& action) {
-  CLI::App* command = app.add_subcommand("run", "Measure: from the configured source to ZeroMQ");
+  CLI::App* command =
+      app.add_subcommand("run", "Measure from the configured source and publish, until Ctrl-C");
   const auto file = std::make_shared<std::string>();
   command->add_option("--config,-c", *file, "Configuration file")->required();
   add_log_options(*command);

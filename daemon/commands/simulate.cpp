@@ -68,7 +68,7 @@ int simulate(const SimulateCommand& options) {
 
 void add_simulate(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand(
-      "simulate", "Write the configured scene to a PTU recording, and its truth");
+      "simulate", "Write the configured scene as a PTU recording, and its truth");
   const auto options = std::make_shared<SimulateCommand>();
   command->add_option("--config,-c", options->config, "Configuration file, driver simulator")
       ->required();

@@ -284,41 +284,37 @@ int run_tradeoff(TradeoffCommand options) {
 
 void add_options(CLI::App& command, TradeoffCommand& options) {
   command
-      .add_option("--config,-c", options.config, "Configuration: the scene, or how to read FILE")
+      .add_option("--config,-c", options.config, "Configuration of the scene or of the recording")
       ->required();
   command.add_option("recording", options.recording,
-                     "Recording, to take the frames from; default: the configured scene");
-  command.add_option("--pixel", options.pixel,
-                     "Name of the pixel to measure, of several (default: the first)");
+                     "Recording to take the frames from (default: the configured scene)");
+  command.add_option("--pixel", options.pixel, "Name of the pixel to measure (default: the first)");
   command
       .add_option("--lengths", options.lengths_ms,
                   "Frame lengths, ms, such as 10,50 (default: four around the configured length)")
       ->delimiter(',')
       ->allow_extra_args(false)  // else the recording would be read as one more length
       ->check(number_between(0.1, 60'000));
-  command.add_option("--frames,-n", options.frames, "Frames that each setting is measured on")
+  command.add_option("--frames,-n", options.frames, "Frames to measure with each setting")
       ->check(whole_number_between(10, 1'000'000))
       ->capture_default_str();
-  command.add_option("--seed", options.seed, "Seed of the scene, instead of the configured seed")
+  command.add_option("--seed", options.seed, "Seed of the scene (default: the configured seed)")
       ->check(whole_number());
   command
       .add_option("--budget-ms", options.budget_ms,
-                  "Recommend the most accurate setting that takes no longer for a frame")
+                  "Recommend the most accurate setting within this time for a frame, ms")
       ->check(number_above_zero());
   command.add_flag("--paper", options.paper,
-                   "Measure the method of the paper too, which takes up to tens of times as long");
-  command.add_flag("--json", options.json, "Each setting as a line of JSON on standard output");
+                   "Also measure the method of the paper, up to tens of times slower");
+  command.add_flag("--json", options.json, "Print each setting as a line of JSON");
   command.add_option("--shard", options.shard,
-                     "Measure every N-th frame length from the I-th on, I/N such as 2/4, into a "
-                     "table whose name ends in -IofN");
-  command
-      .add_option("--merge", options.merge,
-                  "Measure nothing: put the tables of so many shares together")
+                     "I/N, such as 2/4: measure every N-th frame length from the I-th, into a "
+                     "table named ...-IofN");
+  command.add_option("--merge", options.merge, "Combine the tables of N shares; measure nothing")
       ->check(whole_number_between(1, 10'000))
       ->excludes("--shard");
-  command.add_option("--csv", options.csv,
-                     "Text file to write the table into (default: the plot's name with .csv)");
-  command.add_option("--plot", options.plot, "Picture to draw by Python: .svg, .png or .pdf")
+  command.add_option("--csv", options.csv, "Table to write (default: the plot's name with .csv)");
+  command.add_option("--plot", options.plot, "Picture to write: .svg, .png or .pdf; needs Python")
       ->capture_default_str();
 }
 
@@ -326,7 +322,8 @@ void add_options(CLI::App& command, TradeoffCommand& options) {
 
 void add_tradeoff(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand(
-      "tradeoff", "Measure speed against accuracy for the configured scene or a recording");
+      "tradeoff",
+      "Measure speed and accuracy of each setting on the configured scene or a recording");
   const auto options = std::make_shared<TradeoffCommand>();
   add_options(*command, *options);
   add_log_options(*command);

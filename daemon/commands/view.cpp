@@ -53,13 +53,13 @@ int run_view(const ViewCommand& options) {
 
 void add_view(CLI::App& app, Action& action) {
   CLI::App* command =
-      app.add_subcommand("view", "Show what a running splid publishes as a page for browsers");
+      app.add_subcommand("view", "Serve a live page of a running splid for browsers");
   const auto options = std::make_shared<ViewCommand>();
   command->add_option("--endpoint,-e", options->endpoint, "The daemon's publish.endpoint")
       ->capture_default_str();
   command
       ->add_option("--http", options->http,
-                   "HOST:PORT of the page, or its port; port *: any that is free")
+                   "HOST:PORT or PORT of the page; with port *, any free port")
       ->capture_default_str();
   command->add_option("--key", options->key, "File of your secret key (splid keys), for CURVE");
   command->add_option("--server-key", options->server_key,
