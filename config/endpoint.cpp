@@ -116,8 +116,8 @@ std::optional<std::string> local_address_fault(std::string_view address, const c
   if (auto fault = http_address_fault(address, example)) return fault;
   if (is_loopback(host_of(address))) return std::nullopt;
   return std::string(
-             "would offer the results to the network without encryption or a check of who "
-             "listens, which splid does not do; write it as in ") +
+             "would offer the results to anyone on the network, without encryption; write it as "
+             "in ") +
          example + ", and forward it by SSH";
 }
 

@@ -107,7 +107,7 @@ nlohmann::json parse_json_text(const std::string& text, const std::string& file)
     });
   } catch (const json::parse_error& error) {
     throw Error(Fault::usage, file + ": " + place(text, error.byte) +
-                                  ": is no JSON: " + hide_keys(quoted_reason(error)));
+                                  ": is not JSON: " + hide_keys(quoted_reason(error)));
   } catch (const json::exception& error) {  // a number that no double holds
     throw Error(Fault::usage, file + ": " + quoted_reason(error));
   }

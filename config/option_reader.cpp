@@ -238,11 +238,11 @@ void OptionReader::finish() const {
          "is missing and has no default; " +
              (nearest == nullptr ? std::string(advice)
                                  : "\"" + shown_text(nearest, most_quoted) +
-                                       "\" is no key that splid knows: did you mean " + key + "?"));
+                                       "\" is an unknown key: did you mean " + key + "?"));
   }
   if (unknown.empty()) return;
   fail(pointer_to(pointer_, unknown.front()),
-       "is no key that splid knows" + suggest_name(unknown.front(), known_));
+       "is an unknown key" + suggest_name(unknown.front(), known_));
 }
 
 double OptionReader::read_number(const json& value, const std::string& pointer,

@@ -55,15 +55,14 @@ PatternFile find_pattern_file(const std::string& resolved, const std::string& wr
   const fs::path shipped = fs::path(shipped_folder) / fs::path(written).filename();
   if (fs::is_regular_file(shipped, absent)) {
     return {shipped.string(), asked_by + resolved +
-                                  " is not there; the pattern of that name which "
-                                  "comes with splid is taken: " +
+                                  " does not exist; taken instead is splid's own pattern " +
                                   shipped.string()};
   }
-  throw Error(Fault::usage, asked_by + resolved +
-                                ": cannot be read: No such file or directory; nor is there one of "
-                                "that name in " +
-                                shipped_folder + ", which has " + pattern_names_in(shipped_folder) +
-                                "; name one of these, or make one with splid pattern");
+  throw Error(Fault::usage,
+              asked_by + resolved +
+                  ": cannot be read: No such file or directory; splid's own patterns, in " +
+                  shipped_folder + ", are " + pattern_names_in(shipped_folder) +
+                  "; choose a file, or make one with splid pattern");
 }
 
 }  // namespace splid

@@ -46,8 +46,8 @@ void describe_common_sections(Config& config, OptionVisitor& visitor) {
       "pixels", [&](std::size_t count) { config.pixels.resize(count); },
       [&](OptionVisitor& member, std::size_t i) { config.pixels.at(i).describe(member); },
       config.pixels.size(),
-      "directions with an input of the instrument each, in the place of channels.photon; or the "
-      "name of a file that holds the list, as JSON or CSV");
+      "list of directions, each with an input of the instrument, instead of channels.photon; or "
+      "the name of a file with this list, as JSON or CSV");
   section(visitor, "encoder", config.encoder,
           "an encoder on the target, to compare with; its sample clock is channels.encoder");
   visitor.require("pattern");
@@ -62,12 +62,12 @@ void describe_common_sections(Config& config, OptionVisitor& visitor) {
   section(visitor, "scene", config.scene, "what the target may do");
   section(visitor, "estimator", config.estimator, "how the target is found");
   section(visitor, "detector", config.detector, "what the detector does to the photons");
-  section(visitor, "pipeline", config.pipeline, "room and threads");
+  section(visitor, "pipeline", config.pipeline, "memory and threads");
   section(visitor, "publish", config.publish, "where the results go");
   section(visitor, "security", config.security, "who may connect, docs/guide/security.md");
   section(visitor, "control", config.control, "who may start and stop it, docs/guide/control.md");
-  section(visitor, "metrics", config.metrics, "what Prometheus is told, docs/reference/metrics.md");
-  section(visitor, "record", config.record, "what splid run keeps of the tags");
+  section(visitor, "metrics", config.metrics, "metrics for Prometheus, docs/reference/metrics.md");
+  section(visitor, "record", config.record, "recordings of splid run");
   section(visitor, "awg", config.awg, "the waveform generator that splid upload loads");
 }
 

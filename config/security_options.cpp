@@ -50,9 +50,8 @@ std::optional<std::string> SecurityOptions::endpoint_fault(const std::string& en
     return std::nullopt;
   }
   return "\"" + endpoint +
-         "\" would offer the results to the network without encryption or a check of who listens; "
-         "give /security/server_key and /security/allow_list (docs/guide/security.md), or say in "
-         "words "
+         "\" would offer the results to anyone on the network, without encryption; set "
+         "/security/server_key and /security/allow_list (docs/guide/security.md), or allow it with "
          "\"security\":{\"unprotected\":\"anyone on the network may read\"}";
 }
 

@@ -27,23 +27,21 @@ bool is_pixel_name(const std::string& name) {
 
 void PixelOptions::describe(OptionVisitor& visitor) {
   visitor.text("name", name,
-               "the pixel's name in messages, of up to 32 letters, digits and . _ + -; the input's "
-               "number where it is not given");
+               "name of the pixel in messages: up to 32 letters, digits and . _ + - (default: "
+               "number of its input)");
   visitor.require("input");
   visitor.integer("input", input, least_pixel_input, most_pixel_input,
-                  "the input that its photons come on, as the instrument counts them");
+                  "input of its photons, as the instrument counts them");
   visitor.number("azimuth_deg", azimuth_deg, {-360, 360},
                  "azimuth of its direction, positive to the right");
   visitor.number("elevation_deg", elevation_deg, {-90, 90},
                  "elevation of its direction, positive upwards");
   visitor.number("delay_ps", delay_ps, {-most_delay_ps, most_delay_ps},
-                 "by how much later than the others' its tags come, such as by a longer cable, "
-                 "ps; taken off their times");
+                 "delay of its tags, such as by a longer cable, ps, subtracted from its times");
   visitor.number("dead_time_ns", dead_time_ns, {0, 1e6},
-                 "of its detector, ns; detector.dead_time_ns where it is not given");
+                 "dead time of its detector, ns (default: detector.dead_time_ns)");
   visitor.number("sigma_ps", sigma_ps, {1, 1e6},
-                 "standard deviation of its detected pulse, ps; pulse.sigma_ps where it is not "
-                 "given");
+                 "standard deviation of its detected pulse, ps (default: pulse.sigma_ps)");
 }
 
 namespace {

@@ -74,7 +74,7 @@ void check_may_write(const std::string& file, bool force) {
   check_folder_of(file);
   const bool exists = fs::exists(file);
   if (fs::is_directory(file)) throw Error(Fault::usage, file + ": is a folder; name a file");
-  if (exists && !force) throw Error(Fault::usage, file + ": exists; --force writes over it");
+  if (exists && !force) throw Error(Fault::usage, file + ": exists; --force overwrites it");
   const fs::path folder = fs::path(file).parent_path();
   const std::string place = exists ? file : folder.empty() ? "." : folder.string();
   if (::access(place.c_str(), W_OK) == 0) return;

@@ -41,7 +41,7 @@ Point values_of(const Seen& seen) {
 
 Points::Points(const Config& config) {
   if (config.pixels.empty()) {
-    refuse(config, "there is no list of pixels; put one in the place of channels.photon, of");
+    refuse(config, "there is no list of pixels; set pixels instead of channels.photon, with");
   }
   for (const PixelOptions& pixel : config.pixels) {
     if (!pixel.azimuth_deg || !pixel.elevation_deg) {

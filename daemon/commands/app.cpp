@@ -50,7 +50,7 @@ std::string parse_error_in_words(const CLI::ParseError& error) {
   std::string what = error.what();
   constexpr std::string_view unread = "Could not convert: ";
   if (what.starts_with(unread)) {
-    return what.substr(unread.size()) + " is no number that can be read; write it without a unit";
+    return what.substr(unread.size()) + " is not a number; write it without a unit";
   }
   const std::size_t missing = what.find(" required ");
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr && what.ends_with("missing") &&

@@ -92,10 +92,10 @@ void check_config(const std::string& file) {
   if (text.empty()) {
     what = "is empty: nothing was recorded into it, or it was not copied whole";
   } else if (what.empty()) {
-    what = "is neither a configuration or a pattern (JSON) nor a recording; " +
+    what = "is neither a configuration or pattern (JSON) nor a recording; " +
            std::string(recordings_in_words) +
-           ", of which the last two are told by the name's ending alone; what a file must have to "
-           "become a recording stands in docs/guide/recording.md, \"Files that splid cannot read\"";
+           " (these last two by the name alone); see docs/guide/recording.md, \"Files that splid "
+           "cannot read\"";
   }
   throw Error(Fault::data, file + ": " + what);
 }
@@ -103,10 +103,9 @@ void check_config(const std::string& file) {
 void check_file(const std::string& file) {
   std::error_code unknown;
   if (std::filesystem::is_directory(file, unknown)) {
-    throw Error(Fault::usage,
-                file +
-                    ": is a folder; check takes files of it, and batch measures all its "
-                    "recordings");
+    throw Error(
+        Fault::usage,
+        file + ": is a folder; check takes files, and batch measures all recordings of a folder");
   }
   require_seekable(file);
   const std::string start = read_start(file, start_bytes);
@@ -156,10 +155,10 @@ int check(const CheckCommand& options) {
 }  // namespace
 
 void add_check(CLI::App& app, Action& action) {
-  CLI::App* command =
-      app.add_subcommand("check", "Show what a configuration, pattern or recording holds");
+  CLI::App* command = app.add_subcommand(
+      "check", "Show contents and errors of a configuration, pattern or recording");
   const auto options = std::make_shared<CheckCommand>();
-  command->add_option("files", options->files, "Files to look at");
+  command->add_option("files", options->files, "Configurations, patterns and recordings");
   command->add_flag("--schema", options->schema, "Print the JSON schema of the configuration");
   command->callback([&action, options] { action = [options] { return check(*options); }; });
 }

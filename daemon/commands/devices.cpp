@@ -26,8 +26,8 @@ int list_devices(bool all) {
     closed = closed || !each.may_open;
   }
   if (shown == 0) {
-    std::fprintf(stderr, "no USB device %sis plugged in%s\n", all ? "" : "that splid knows ",
-                 all ? "" : "; splid devices --all shows every one");
+    std::fprintf(stderr, "no %s is plugged in%s\n", all ? "USB device" : "known USB instrument",
+                 all ? "" : "; splid devices --all lists all USB devices");
   }
   if (closed) {
     std::fprintf(
@@ -43,8 +43,7 @@ int list_devices(bool all) {
 void add_devices(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("devices", "List the USB instruments that are plugged in");
   const auto all = std::make_shared<bool>(false);
-  command->add_flag("--all", *all,
-                    "Every USB device, also those that only the driver tags16-usb could read");
+  command->add_flag("--all", *all, "List all USB devices; the driver tags16-usb may read any");
   command->callback([&action, all] { action = [all] { return list_devices(*all); }; });
 }
 

@@ -34,7 +34,7 @@ struct UploadCommand {
 void keep(const Pattern& played, const std::string& output) {
   if (output.empty()) return;
   write_file(output, to_json_file(played));
-  log_info("{}: the pattern as it is played: {}", output, describe_pattern(played));
+  log_info("{}: the pattern as played: {}", output, describe_pattern(played));
 }
 
 awg::Uploaded upload_shown(const Config& config, const std::stop_token& stop) {
@@ -81,11 +81,11 @@ void add_upload(CLI::App& app, Action& action) {
   const auto options = std::make_shared<UploadCommand>();
   command->add_option("--config,-c", options->config, "Configuration file: pattern, awg")
       ->required();
-  command->add_option("--output,-o", options->output,
-                      "Pattern file to write: the pattern as it is played");
-  command->add_flag("--force", options->force, "Write over an existing file");
-  command->add_flag("--dry-run", options->dry_run, "Show what would be played; connect to nothing");
-  command->add_flag("--stop", options->stop, "End play and switch the output off instead");
+  command->add_option("--output,-o", options->output, "Pattern file to write, as played");
+  command->add_flag("--force", options->force, "Overwrite an existing file");
+  command->add_flag("--dry-run", options->dry_run,
+                    "Show what would be played, without a connection");
+  command->add_flag("--stop", options->stop, "Stop playing and switch the output off");
   add_log_options(*command);
   command->callback([&action, options] { action = [options] { return run_upload(*options); }; });
 }

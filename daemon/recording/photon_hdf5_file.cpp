@@ -83,8 +83,8 @@ void PhotonHdf5File::check_format() const {
         "read it (docs/reference/tables.md)");
   }
   refuse_photons(
-      "is an HDF5 file, but not Photon-HDF5: its root has no attribute format_name that says so. "
-      "Where it has each detection's time in ps by one clock, have h5py write these as text, and "
+      "is an HDF5 file, but not Photon-HDF5: its root has no attribute format_name. Where it has "
+      "each detection's time in ps by one clock, have h5py write these as text, and "
       "make a PTU of that (docs/guide/recording.md, \"Recordings of other kinds\")");
 }
 
@@ -107,7 +107,7 @@ void PhotonHdf5File::open_array(Array& array, const char* name) const {
   array.path = "/" + group_ + "/" + name;
   if (!hdf5_has(*file_, array.path)) return;
   const hid_t found = H5Dopen2(*file_, array.path.c_str(), H5P_DEFAULT);
-  if (found < 0) refuse_photons(array.path + " is no array that can be read");
+  if (found < 0) refuse_photons(array.path + " is not a readable array");
   array.data = std::make_unique<Hdf5Handle>(found, H5Dclose);
   const Hdf5Handle type(H5Dget_type(*array.data), H5Tclose);
   const Hdf5Handle space(H5Dget_space(*array.data), H5Sclose);

@@ -161,7 +161,7 @@ std::string read_public_key(const std::string& text) {
     throw Error(
         Fault::usage,
         "the text given looks like a key, but is neither a public key nor a file: a public key "
-        "has 40 characters of Z85, and a shell changes some of them unless they are quoted");
+        "has 40 characters of Z85; quote it, since a shell changes some of them");
   }
   return is_curve_key(text) ? text : parse_public_key(read_public_file(text), text);
 }

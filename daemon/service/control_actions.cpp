@@ -28,7 +28,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr const char* stopped_reason = "stopped by control; splid ctl start goes on";
+constexpr const char* stopped_reason = "stopped by control; splid ctl start resumes";
 
 // A live source sends something every 10 ms, and the file is begun with it.
 constexpr milliseconds patience_for_file{2000};

@@ -58,7 +58,7 @@ void check_locked(const LockCounts& counts, const SyncDiagnosis* diagnosis) {
                                  " syncs, but they do not come at the pattern's period; give "
                                  "pattern.file the pattern that was played");
   }
-  log_warning("no frame could lock: {} syncs in {} frames; look at channels.sync", counts.syncs,
+  log_warning("no frame has enough syncs: {} in {} frames; check channels.sync", counts.syncs,
               counts.frames);
 }
 

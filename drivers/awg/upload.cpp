@@ -35,7 +35,7 @@ std::string exact(double number) {
 
 ScpiClient connect(const Options& options, const std::stop_token& stop) {
   if (options.address.empty()) {
-    throw Error(Fault::usage, "awg/address: there is none; give the generator's HOST or HOST:PORT");
+    throw Error(Fault::usage, "awg/address: is missing; give the generator's HOST or HOST:PORT");
   }
   const std::chrono::milliseconds timeout(std::llround(options.timeout_s * 1e3));
   return {socket_address(options.address), timeout, stop};

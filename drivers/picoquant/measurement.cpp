@@ -66,7 +66,7 @@ void Measurement::step() {
   } else if (records.empty() && device_.has_ended()) {
     begin_anew("its longest measurement is over");
   } else if (!decode(records)) {
-    begin_anew("what it sent were no records of T2");
+    begin_anew("it sent data that are not T2 records");
   } else {
     watch(!records.empty());
     if (records.size() < few_bytes) std::this_thread::sleep_for(between_reads);

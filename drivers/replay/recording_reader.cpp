@@ -127,8 +127,7 @@ std::string RecordingReader::what_else_it_is() const {
   std::string start(std::min(end_, kind_bytes), '\0');
   std::memcpy(start.data(), buffer_.data(), start.size());
   const std::string what = misplaced_file(start, file_, "a recording");
-  return what.empty() ? "is no recording that splid reads, by its first bytes and its name; " +
-                            std::string(recordings_in_words)
+  return what.empty() ? "is not a recording in a known format; " + std::string(recordings_in_words)
                       : what;
 }
 

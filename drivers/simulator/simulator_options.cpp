@@ -40,7 +40,7 @@ void describe_clocks(Options& options, OptionVisitor& visitor) {
   visitor.number("drift_ramp_ppm_per_s", options.drift_ramp_ppm_per_s, {-100, 100},
                  "change of the drift, ppm a second, until it is 1000 ppm either way");
   visitor.number("tagger_ppm", options.tagger_ppm, {-max_ppm, max_ppm},
-                 "how fast the tagger's clock goes: delays are longer in this clock, ppm");
+                 "excess rate of the tagger's clock, in which delays are longer, ppm");
   visitor.number("encoder_rate_hz", options.encoder_rate_hz, {0, 1e7},
                  "sample clock of an encoder on marker 1, Hz; 0: none");
   visitor.number("encoder_start_s", options.encoder_start_s, {0, 1e6},
@@ -89,7 +89,7 @@ void Options::describe(OptionVisitor& visitor) {
       "the pattern's syncs as the tagger sees them");
   visitor.object(
       "array", [this](OptionVisitor& members) { array.describe(members); },
-      "an array of detectors, and the surfaces that they look at in the place of `target`");
+      "an array of detectors, and the surfaces before them, instead of `target`");
   visitor.object(
       "scanner", [this](OptionVisitor& members) { scanner.describe(members); },
       "a scanner: one detector that looks at the array's pixels one after another");

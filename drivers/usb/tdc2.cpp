@@ -19,8 +19,8 @@ void Tdc2Options::describe(OptionVisitor& visitor) {
       "threshold of each of the four inputs, mV; up to -0.25 mV falling edges count, as "
       "of NIM pulses (-448), above it rising ones, as of TTL (1000)");
   visitor.integer("loss_bits", loss_bits, 0, 0xFFFFFFFF,
-                  "bits of the instrument's status word that mean lost tags when they come up; the "
-                  "maker does not say which do, so each is taken to");
+                  "bits of the instrument's status word that report lost tags; the maker does not "
+                  "publish them, so all count by default");
   usb.describe(visitor);
 }
 

@@ -127,7 +127,7 @@ void Choice::judge(const std::vector<DeviceInfo>& plugged_in, const DeviceInfo& 
   } else if (has_double(plugged_in, read)) {
     caution_ += "of the same serial number they are known by their ports, so unplug the other";
   } else {
-    caution_ += "name the one that is meant in source.serial";
+    caution_ += "set source.serial";
   }
 }
 

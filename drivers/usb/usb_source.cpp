@@ -27,7 +27,7 @@ void Options::describe(OptionVisitor& visitor) {
       "serial number of the device, as splid devices lists it; empty: the first found, and "
       "no other until the stream ends");
   visitor.integer("transfers", transfers, 2, 128,
-                  "transfers in flight; all together the kernel lends 16 MiB to a system");
+                  "transfers in flight; the kernel lends 16 MiB to all programs together");
   visitor.integer("transfer_kib", transfer_kib, 1, 8192, "length of a transfer, KiB");
 }
 

@@ -70,7 +70,7 @@ def test_a_pattern_that_comes_with_the_package_is_found_and_told(scene, tmp_path
     scene["pattern"]["file"] = "interleaved-180-189.json"
     with caplog.at_level(logging.WARNING, logger="splid"):
         splid.Config(scene, folder=tmp_path)
-    assert "comes with splid" in caplog.text
+    assert "splid's own pattern" in caplog.text
 
 
 def test_types_are_strict():

@@ -118,7 +118,7 @@ TEST_F(ConfigTest, SaysWhatIsMissing) {
   EXPECT_THAT(error_of(R"(, "pattern": {"file": "patterns/p.json"})"),
               HasSubstr("/pattern: is given twice"));
   EXPECT_THAT(error_of_text("[1]"), HasSubstr("c.json: [1] is no object"));
-  EXPECT_THAT(error_of_text("hello"), HasSubstr("c.json: line 1, column 1: is no JSON"));
+  EXPECT_THAT(error_of_text("hello"), HasSubstr("c.json: line 1, column 1: is not JSON"));
   EXPECT_THAT(error_of_text(" \n"), HasSubstr("c.json: is empty; a configuration begins {"));
 }
 
@@ -131,13 +131,13 @@ TEST_F(ConfigTest, AnUnknownDriverNamesTheKnownOnes) {
 }
 
 TEST_F(ConfigTest, UnknownKeysAreErrorsAtEveryDepth) {
-  EXPECT_THAT(error_of(R"(, "frames": {})"), HasSubstr("/frames: is no key that splid knows; did "
+  EXPECT_THAT(error_of(R"(, "frames": {})"), HasSubstr("/frames: is an unknown key; did "
                                                        "you mean frame?"));
   EXPECT_THAT(error_of(R"(, "frame": {"length": 50})"),
-              HasSubstr("/frame/length: is no key that splid knows; did you mean length_ms?"));
+              HasSubstr("/frame/length: is an unknown key; did you mean length_ms?"));
   EXPECT_THAT(error_of_text(R"({"schema": "splid.config",
                   "source": {"driver": "simulator", "sed": 1}})"),
-              HasSubstr("/source/sed: is no key that splid knows; did you mean seed?"));
+              HasSubstr("/source/sed: is an unknown key; did you mean seed?"));
 }
 
 TEST_F(ConfigTest, CrossChecksNameTheirPlace) {

@@ -21,10 +21,10 @@ TEST(JsonText, ReadsJson) { EXPECT_EQ(parse_json_text("{\"a\": [1, 2]}", "")["a"
 TEST(JsonText, SaysLineAndColumnOfWhatIsNoJson) {
   EXPECT_THAT(error_of("{\n  \"a\": 1,\n  \"b\": x\n}"), StartsWith("a.json: line 3, column 8: "));
   EXPECT_THAT(error_of("x"), StartsWith("a.json: line 1, column 1: "));
-  EXPECT_THAT(error_of(""), StartsWith("a.json: line 1, column 1: is no JSON"));
+  EXPECT_THAT(error_of(""), StartsWith("a.json: line 1, column 1: is not JSON"));
   EXPECT_THAT(error_of("{\"a\": 1\n"), StartsWith("a.json: line 2, column 1: "));
   EXPECT_THAT(error_of("{} {}"), StartsWith("a.json: line 1, column 4: "));
-  EXPECT_THAT(error_of("{\"a\": \"\xff\"}"), HasSubstr("is no JSON"));
+  EXPECT_THAT(error_of("{\"a\": \"\xff\"}"), HasSubstr("is not JSON"));
   EXPECT_THAT(error_of("\x8f\xff"), ::testing::EndsWith("last read: '?'"));
 }
 

@@ -155,12 +155,11 @@ TEST(OptionReader, AChoiceNamesAllAndTheNearest) {
 }
 
 TEST(OptionReader, UnknownKeysNameTheNearest) {
-  EXPECT_EQ(
-      reader_error(R"({"lenght_ms": 50})"),
-      "folder/a.json: /source/lenght_ms: is no key that splid knows; did you mean length_ms?");
+  EXPECT_EQ(reader_error(R"({"lenght_ms": 50})"),
+            "folder/a.json: /source/lenght_ms: is an unknown key; did you mean length_ms?");
   EXPECT_THAT(
       reader_error(R"({"targets": [{"distance_m": 1}, {"distance_m": 1, "distanc_m": 2}]})"),
-      HasSubstr("/source/targets/1/distanc_m: is no key"));
+      HasSubstr("/source/targets/1/distanc_m: is an unknown key"));
 }
 
 TEST(OptionReader, RequiredKeysHaveToBeThere) {
@@ -171,14 +170,14 @@ TEST(OptionReader, RequiredKeysHaveToBeThere) {
 TEST(OptionReader, ARequiredKeyWithASlipIsRecognised) {
   EXPECT_THAT(reader_error(R"({"targets": [{"distance_n": 1}]})"),
               HasSubstr("/source/targets/0/distance_m: is missing and has no default; "
-                        "\"distance_n\" is no key that splid knows: did you mean distance_m?"));
+                        "\"distance_n\" is an unknown key: did you mean distance_m?"));
 }
 
 TEST(OptionReader, LongKeysAndTextsAreCut) {
   const std::string many(10'000'000, 'x');
   const std::string key = reader_error(R"({"a\u001b\nsplid: error: )" + many + R"(": 1})");
   EXPECT_THAT(key, HasSubstr("folder/a.json: /source/a??splid: error: xxx"));
-  EXPECT_THAT(key, HasSubstr("xxx...: is no key that splid knows; known are"));
+  EXPECT_THAT(key, HasSubstr("xxx...: is an unknown key; known are"));
   EXPECT_LT(key.size(), 1000U);
   const std::string text = reader_error(R"({"name": ")" + many + "\"}");
   EXPECT_THAT(text, HasSubstr("xxx... has 10000000 bytes; a text has at most 4096"));

@@ -38,7 +38,7 @@ TEST_F(PatternFiles, OfTheInstallationAreTakenWhereNoneIsThereAndItIsSaid) {
   for (const char* written : {"patterns/random-40.json", "random-40.json", "../x/random-40.json"}) {
     const PatternFile found = find(written);
     EXPECT_EQ(found.path, shipped + "/random-40.json");
-    EXPECT_THAT(found.note, AllOf(HasSubstr("c.json: /pattern/file: "), HasSubstr("is not there"),
+    EXPECT_THAT(found.note, AllOf(HasSubstr("c.json: /pattern/file: "), HasSubstr("does not exist"),
                                   HasSubstr(found.path)));
   }
 }
@@ -62,7 +62,8 @@ TEST_F(PatternFiles, ACopiedExampleFindsItsPatternInTheRepository) {
   EXPECT_TRUE(std::filesystem::equivalent(shipped_patterns_folder(), shipped));
   const Config config = load_config(folder.path("my.json"));
   EXPECT_EQ(std::filesystem::path(config.pattern_file).filename(), "interleaved-180-189.json");
-  EXPECT_THAT(config.notes, testing::ElementsAre(HasSubstr("comes with splid")));
+  EXPECT_THAT(config.notes,
+              testing::ElementsAre(HasSubstr("taken instead is splid's own pattern")));
 }
 
 }  // namespace

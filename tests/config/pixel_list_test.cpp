@@ -117,7 +117,7 @@ TEST_F(PixelListTest, SaysWhatIsWrong) {
   EXPECT_EQ(error_of(R"("pixels": [{"name": "a"}])"),
             "/pixels/0/input: is missing and has no default; add it");
   EXPECT_EQ(error_of(R"("pixels": [{"input": 1, "azimut_deg": 1}])"),
-            "/pixels/0/azimut_deg: is no key that splid knows; did you mean azimuth_deg?");
+            "/pixels/0/azimut_deg: is an unknown key; did you mean azimuth_deg?");
   EXPECT_EQ(error_of(R"("pixels": [])"),
             "/pixels: [] has no pixel; name at least one, or leave it out");
   EXPECT_EQ(error_of(R"("pixels": {"input": 1})"),
@@ -145,7 +145,7 @@ TEST_F(PixelListTest, SaysWhatIsWrongInAFile) {
             "line 3/input: \"two\" is no whole number of at most 63 bits");
   EXPECT_EQ(error_in("name,input\na,1,2\n"),
             "line 2: has 3 cells, and the first line 2 names of columns");
-  EXPECT_THAT(error_in("input,colour\n1,red\n"), HasSubstr("line 2/colour: is no key that splid "));
+  EXPECT_THAT(error_in("input,colour\n1,red\n"), HasSubstr("line 2/colour: is an unknown key"));
   EXPECT_THAT(error_in("input\n"), HasSubstr("has no pixel; a list is JSON"));
   EXPECT_THAT(error_in("[{\"input\": 0.5}]"), HasSubstr("/0/input: 0.5 is no whole number"));
   EXPECT_THAT(error_in("input\n1\n1\n"),

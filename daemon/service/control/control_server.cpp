@@ -211,7 +211,7 @@ std::optional<Reply> Server::Service::take(const Request& asked, Sender& sender)
   if (asked.command == Command::status) return handlers.status(doing);
   if (!doing.empty()) {
     throw Error(Fault::device,
-                "busy: " + doing + " is running; ask again when it is done (status says so)");
+                "busy: " + doing + " is running; ask again when it is done (see status)");
   }
   doing = to_string(asked.command);
   waiting = std::move(sender);

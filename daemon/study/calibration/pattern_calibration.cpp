@@ -128,11 +128,10 @@ std::string velocity(double ps_per_s, double std_ps_per_s) {
 void check_smear(const Plan& plan, const TargetMotion& track) {
   const auto motion = track.motion();
   if (!motion) return;
-  refuse(plan, "the target moves: its delay goes over " +
-                   fmt::format("{:.3g} ns", motion->moved_ps / 1e3) +
-                   ", a line through all of it has " +
+  refuse(plan, "the target moves: its delay changes by " +
+                   fmt::format("{:.3g} ns", motion->moved_ps / 1e3) + " (" +
                    velocity(motion->delay_rate_ps_per_s, motion->std_delay_rate_ps_per_s) +
-                   ", and all pulses are smeared as far; record a target at rest");
+                   " on average), and smears all pulses as much; record a target at rest");
 }
 
 constexpr double photons_slack = 1.01;  // of the signal above all photons, by the fit's rounding

@@ -160,8 +160,8 @@ TEST_F(BatchProgram, CtrlCEndsItWithWordsAndItGoesOn) {
   std::string output;
   const ProgramResult stopped = interrupted(SIGINT, output);
   EXPECT_EQ(stopped.exit_code, 130) << stopped.err;
-  EXPECT_THAT(stopped.err, HasSubstr("stopped: 0 of 1 recordings are measured; the same command "
-                                     "goes on from here"));
+  EXPECT_THAT(stopped.err,
+              HasSubstr("stopped: 0 of 1 recordings are measured; the same command resumes"));
   EXPECT_EQ(run_program(batch(output)).exit_code, 0);
   EXPECT_EQ(results_in(folder.path(output)), results_in(folder.path("whole")));
 }

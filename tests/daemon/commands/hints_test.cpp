@@ -51,7 +51,7 @@ TEST_F(Hints, AConfigurationWithoutItsSchema) {
                                       Not(HasSubstr("did you mean"))));
   const std::string slip =
       folder.write("b.json", R"({"shema":"splid.config","source":{"driver":"simulator"}})");
-  expect_error({"check", slip}, HasSubstr("\"shema\" is no key that splid knows: did you mean "
+  expect_error({"check", slip}, HasSubstr("\"shema\" is an unknown key: did you mean "
                                           "schema?"));
 }
 

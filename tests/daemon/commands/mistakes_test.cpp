@@ -103,7 +103,7 @@ TEST_F(Mistakes, NumbersWithUnitsOrSigns) {
   expect_error({"pattern", "random", "--pulses", "2.5", "--output", folder.path("p")}, 2,
                HasSubstr("\"2.5\" must be a whole number"));
   expect_error({"pattern", "periodic", "--period-ns", "4us", "--output", folder.path("p")}, 2,
-               HasSubstr("--period-ns = 4us is no number that can be read"));
+               HasSubstr("--period-ns = 4us is not a number"));
 }
 
 TEST_F(Mistakes, OptionsWithASlip) {
@@ -121,7 +121,8 @@ TEST_F(Mistakes, KeysWithASlip) {
   const std::string slip =
       folder.write("slip.json", R"({"schema":"splid.config","source":{"driver":"simulator"},)"
                                 R"("patern":{"file":"pattern.json"}})");
-  expect_lasting(slip, AllOf(HasSubstr("/pattern: is missing"), HasSubstr("\"patern\" is no key")));
+  expect_lasting(
+      slip, AllOf(HasSubstr("/pattern: is missing"), HasSubstr("\"patern\" is an unknown key")));
 }
 
 // What only the estimator knows is told as early, with the same words at the same place, and by a
@@ -184,7 +185,7 @@ TEST_F(Mistakes, LongFilesOfAnUnknownKind) {
                       "/bin/sh");
   const ProgramResult result = shell.wait();
   EXPECT_EQ(result.exit_code, 4) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("is neither a configuration or a pattern"));
+  EXPECT_THAT(result.err, HasSubstr("is neither a configuration or pattern"));
 }
 
 TEST_F(Mistakes, PatternsThatAreNoneAreTheConfigurations) {

@@ -69,7 +69,7 @@ TEST_F(UploadCommand, PlaysThePatternAndWritesWhatIsPlayed) {
 
   const ProgramResult again = run_program({"upload", "--config", config, "--output", output});
   EXPECT_EQ(again.exit_code, 2);
-  EXPECT_THAT(again.err, HasSubstr("played.json: exists; --force writes over it"));
+  EXPECT_THAT(again.err, HasSubstr("played.json: exists; --force overwrites it"));
   EXPECT_EQ(run_program({"upload", "--config", config, "--output", output, "--force"}).exit_code,
             0);
 
@@ -118,7 +118,7 @@ TEST_F(UploadCommand, FaultsHaveTheirExitCodes) {
 
   result = run_program({"upload", "--config", write_config("", "interleaved")});
   EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(result.err, HasSubstr("awg/address: there is none"));
+  EXPECT_THAT(result.err, HasSubstr("awg/address: is missing"));
 }
 
 TEST_F(UploadCommand, EndsOnASignalWhileTheGeneratorIsSilent) {

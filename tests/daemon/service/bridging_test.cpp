@@ -168,7 +168,7 @@ std::vector<PicoQuantFault> picoquant_faults() {
       {"ShortReads", "MultiHarp: the library hands out 100 records at a time",
        [](PicoQuantInstrument& it) { it.control().most_a_read = 100; }, ""},
       {"Garbage", "MultiHarp: 1,000 words that are no records",
-       [](PicoQuantInstrument& it) { it.control().garbage_reads = 1; }, "were no records of T2"},
+       [](PicoQuantInstrument& it) { it.control().garbage_reads = 1; }, "not T2 records"},
       {"ClockRestart", "MultiHarp: a measurement of 100 h is over, its clock begins anew",
        [](PicoQuantInstrument& it) { it.control().measurement_ends = 1; },
        "longest measurement is over; its clock begins anew"},

@@ -110,7 +110,7 @@ TEST_F(Asked, UploadsItsPatternWhileItMeasures) {
   EXPECT_EQ(pattern_from_json(test::file_text(output), output).mode, Mode::interleaved);
   const ProgramResult again = ctl({"upload", "--output", output});
   EXPECT_EQ(again.exit_code, 2);
-  EXPECT_THAT(again.err, HasSubstr("exists; --force writes over it"));
+  EXPECT_THAT(again.err, HasSubstr("exists; --force overwrites it"));
   EXPECT_EQ(ctl({"upload", "--output", folder.path("absent/p.json")}).exit_code, 3);
   EXPECT_EQ(watch.missing(), 0);
   end();

@@ -353,7 +353,7 @@ TEST_F(UsbDaemon, DevicesListsIt) {
   EXPECT_THAT(all.out, HasSubstr("001:002 1209:5a1d  480 Mbit/s    -       A-7"));
   EXPECT_EQ(known.exit_code, 0) << known.err;
   EXPECT_EQ(known.out, "");
-  EXPECT_THAT(known.err, HasSubstr("no USB device that splid knows is plugged in"));
+  EXPECT_THAT(known.err, HasSubstr("no known USB instrument is plugged in"));
 }
 
 }  // namespace

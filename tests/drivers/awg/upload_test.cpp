@@ -320,7 +320,7 @@ TEST(AwgUpload, SaysThatNobodyIsThere) {
   options.address = awg.address();
   EXPECT_THAT(text_of(Fault::usage, stopped.get_token()), HasSubstr(": stopped; upload again"));
   options.address = "";
-  EXPECT_THAT(text_of(Fault::usage, never), HasSubstr("awg/address: there is none"));
+  EXPECT_THAT(text_of(Fault::usage, never), HasSubstr("awg/address: is missing"));
 }
 
 TEST(AwgUpload, CanBeStoppedMidway) {

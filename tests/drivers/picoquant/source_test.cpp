@@ -243,7 +243,7 @@ TEST_F(PicoQuantFault, AFullFifoIsALossFromTheLastTagOn) {
 
 TEST_F(PicoQuantFault, WordsThatAreNoRecordsBeginAMeasurementAnew) {
   expect_new_measurement(instrument, options, &PicoQuantControl::garbage_reads,
-                         "what it sent were no records of T2");
+                         "it sent data that are not T2 records");
 }
 
 TEST_F(PicoQuantFault, TheEndOfTheLongestMeasurementBeginsAnother) {

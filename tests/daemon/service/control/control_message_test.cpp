@@ -54,8 +54,8 @@ TEST(ControlRequest, IsPinned) {
 }
 
 TEST(ControlRequest, RefusesWhatIsNoneInASentence) {
-  EXPECT_THAT(refusal(""), HasSubstr("request: line 1, column 1: is no JSON"));
-  EXPECT_THAT(refusal(std::string("\0\xff{", 3)), HasSubstr("is no JSON"));
+  EXPECT_THAT(refusal(""), HasSubstr("request: line 1, column 1: is not JSON"));
+  EXPECT_THAT(refusal(std::string("\0\xff{", 3)), HasSubstr("is not JSON"));
   EXPECT_THAT(refusal("[]"), HasSubstr("is no object"));
   EXPECT_THAT(refusal("{}"), HasSubstr("schema"));
   EXPECT_THAT(refusal(R"({"schema":"splid.config","request":"stop"})"),

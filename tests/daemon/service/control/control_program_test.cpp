@@ -125,7 +125,7 @@ TEST_F(Control, TwentyTimesStoppedAndStartedTheFramesAreOneRowAndNothingGrows) {
 TEST_F(Control, EveryBadRequestHasItsSentence) {
   run(configure());
   ControlPeer peer(endpoint);
-  EXPECT_THAT(peer.ask("garbage"), AllOf(HasSubstr(R"("ok":false)"), HasSubstr("is no JSON"),
+  EXPECT_THAT(peer.ask("garbage"), AllOf(HasSubstr(R"("ok":false)"), HasSubstr("is not JSON"),
                                          HasSubstr(R"("fault":"usage")")));
   EXPECT_THAT(peer.ask(asking("fire")), HasSubstr("/request: \\\"fire\\\" is none of status"));
   EXPECT_THAT(peer.ask(R"({"schema":"splid.control","request":"stop","now":true})"),
@@ -135,9 +135,9 @@ TEST_F(Control, EveryBadRequestHasItsSentence) {
   peer.send({"", asking("stop"), "and", "more", "of", "it"});
   EXPECT_THAT(peer.receive(), HasSubstr("must be one part of JSON"));
   peer.send({""});
-  EXPECT_THAT(peer.receive(), HasSubstr("is no JSON"));
+  EXPECT_THAT(peer.receive(), HasSubstr("is not JSON"));
   EXPECT_THAT(peer.ask(asking("record_start")), HasSubstr("/record/folder"));
-  EXPECT_THAT(peer.ask(asking("upload")), HasSubstr("awg/address: there is none"));
+  EXPECT_THAT(peer.ask(asking("upload")), HasSubstr("awg/address: is missing"));
   EXPECT_THAT(peer.ask(asking("status")), HasSubstr(R"("measuring":true)"));
 
   ControlPeer other(endpoint, zmq::socket_type::req);
