@@ -95,7 +95,7 @@ void StatusReporter::frame_published(const FrameMessage& message,
       splid::ring_needed(message.photons.value_or(0), message.lost_tags.value_or(0),
                          most_photons(ring_capacity_, stream_.source.live));
   if (message.status == FrameStatus::saturated) {
-    stream_.knew_blind_time = message.blind_fraction.has_value();
+    stream_.knew_dead_time = message.blind_fraction.has_value();
     stream_.is_beyond_model =
         message.blind_fraction &&
         is_beyond_model(*message.blind_fraction,
@@ -290,7 +290,7 @@ std::string StatusReporter::reason_of_frame(FrameStatus status, const StreamHeal
         "so much light that the detector's dead time biases the values, and it is not modelled "
         "with " +
         dead_time_left_out_by_ + ": do without that, or attenuate the light";
-  } else if (models_dead_time_ && !stream_.knew_blind_time) {
+  } else if (models_dead_time_ && !stream_.knew_dead_time) {
     reason =
         "so much light that the detector's dead time biases the values, and detections contradict "
         "detector.dead_time_ns, as they follow each other sooner: give the dead time in the "

@@ -130,7 +130,7 @@ class StatusReporter {
     FrameStatus last_frame = FrameStatus::not_run;
     std::uint64_t ring_needed = 0;  // that frame: see ring_needed()
     // Of the last frame that was saturated.
-    bool knew_blind_time = false;  // the dead time was modelled
+    bool knew_dead_time = false;   // the dead time was modelled
     bool is_beyond_model = false;  // there was more light than that is for
     // Until then the instrument was away, or has only just come back, and no frame has been whole
     // since: what frames lack is due to its absence.

@@ -395,7 +395,7 @@ std::int64_t Framer::end_by_last_sync() const {
   return near && end_ps >= taken_ps ? end_ps : nominal_ps;
 }
 
-// The next frame is to know the photons that its detector may still be blind from.
+// The next frame is to know the photons that its detector may still be dead from.
 void Framer::keep_last_photons() {
   rooms_.settle();
   for (std::size_t i = 0; i < last_photons_.size(); ++i) {

@@ -46,7 +46,7 @@ TerminalScreen::TerminalScreen() {
 
 TerminalScreen::~TerminalScreen() {
   (void)put(leave);
-  // What was typed blindly is for nobody.
+  // What was typed unseen is for nobody.
   if (before_) (void)::tcsetattr(STDIN_FILENO, TCSAFLUSH, &*before_);
 }
 

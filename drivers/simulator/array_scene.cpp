@@ -60,8 +60,8 @@ Crosstalk::Crosstalk(const Options& options)
       columns_(static_cast<int>(options.array.columns)),
       rows_(static_cast<int>(options.array.rows)),
       random_(static_cast<std::uint64_t>(options.seed), crosstalk_stream),
-      blind_until_ps_(static_cast<std::size_t>(columns_ * rows_),
-                      std::numeric_limits<std::int64_t>::min()) {}
+      dead_until_ps_(static_cast<std::size_t>(columns_ * rows_),
+                     std::numeric_limits<std::int64_t>::min()) {}
 
 void Crosstalk::add(std::vector<Tag>& photons, std::int64_t until_ps) {
   taken_.clear();
@@ -84,9 +84,9 @@ void Crosstalk::add(std::vector<Tag>& photons, std::int64_t until_ps) {
 
 void Crosstalk::take(const Tag& photon) {
   const int pixel = photon.value - first_input_;
-  std::int64_t& blind_until_ps = blind_until_ps_[static_cast<std::size_t>(pixel)];
-  if (photon.time_ps < blind_until_ps) return;
-  blind_until_ps = photon.time_ps + dead_time_ps_;
+  std::int64_t& dead_until_ps = dead_until_ps_[static_cast<std::size_t>(pixel)];
+  if (photon.time_ps < dead_until_ps) return;
+  dead_until_ps = photon.time_ps + dead_time_ps_;
   taken_.push_back(photon);
   if (random_.uniform() >= probability_) return;
   const int other = neighbour(pixel, random_.uniform());

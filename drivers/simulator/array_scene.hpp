@@ -14,8 +14,8 @@
 namespace splid::simulator {
 
 // A detection in an array makes another in a pixel beside, above or below. It is one like any
-// other: it may make a third, it is lost where the detector is blind, and it makes the detector
-// blind.
+// other: it may make a third, it is lost where the detector is dead, and it makes the detector
+// dead.
 //
 // Threads: one. No allocation once the fullest stretch has passed.
 class Crosstalk {
@@ -23,7 +23,7 @@ class Crosstalk {
   explicit Crosstalk(const Options& options);
 
   // Puts the crosstalk before until_ps (in the tagger's clock) among the photons, which are sorted
-  // by their times in the detectors, and takes those out that a blind detector misses.
+  // by their times in the detectors, and takes those out that a dead detector misses.
   void add(std::vector<Tag>& photons, std::int64_t until_ps);
   [[nodiscard]] bool any() const { return probability_ > 0; }
 
@@ -38,8 +38,8 @@ class Crosstalk {
   int columns_;
   int rows_;
   Random random_;
-  std::vector<std::int64_t> blind_until_ps_;  // of each pixel
-  std::vector<Tag> waiting_;                  // crosstalk to come: a heap, the earliest first
+  std::vector<std::int64_t> dead_until_ps_;  // of each pixel
+  std::vector<Tag> waiting_;                 // crosstalk to come: a heap, the earliest first
   std::vector<Tag> taken_;
 };
 

@@ -39,12 +39,12 @@ Detectors::Detectors(const DetectorModel& model, std::uint64_t seed)
       afterpulse_ps_(model.afterpulse_ns * 1e3),
       walk_(model.walk),
       random_(seed, 4),
-      blind_until_ps_(static_cast<std::size_t>(model.inputs),
-                      std::numeric_limits<std::int64_t>::min() / 2) {}
+      dead_until_ps_(static_cast<std::size_t>(model.inputs),
+                     std::numeric_limits<std::int64_t>::min() / 2) {}
 
 std::optional<Detection> Detectors::detect(std::int64_t time_ps) {
   if (ideal_) return Detection{};
-  const auto count = static_cast<double>(blind_until_ps_.size());
+  const auto count = static_cast<double>(dead_until_ps_.size());
   const int detector = count == 1 ? 0 : static_cast<int>(random_.uniform() * count);
   return fire(detector, time_ps);
 }
@@ -57,13 +57,13 @@ std::optional<Detection> Detectors::take_release() {
 }
 
 std::optional<Detection> Detectors::fire(int detector, std::int64_t time_ps) {
-  std::int64_t& blind_until_ps = blind_until_ps_[static_cast<std::size_t>(detector)];
-  if (time_ps < blind_until_ps) return std::nullopt;
-  const std::int64_t wait_ps = time_ps - (blind_until_ps - dead_time_ps_);
-  blind_until_ps = time_ps + dead_time_ps_;
+  std::int64_t& dead_until_ps = dead_until_ps_[static_cast<std::size_t>(detector)];
+  if (time_ps < dead_until_ps) return std::nullopt;
+  const std::int64_t wait_ps = time_ps - (dead_until_ps - dead_time_ps_);
+  dead_until_ps = time_ps + dead_time_ps_;
   if (afterpulse_probability_ > 0 && random_.uniform() < afterpulse_probability_) {
     const double later_ps = afterpulse_ps_ * random_.exponential();
-    releases_.push_back({blind_until_ps + std::llround(later_ps), detector});
+    releases_.push_back({dead_until_ps + std::llround(later_ps), detector});
     std::push_heap(releases_.begin(), releases_.end(), is_later);
   }
   return Detection{detector, late_ps(wait_ps)};

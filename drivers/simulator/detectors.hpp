@@ -12,8 +12,8 @@ namespace splid::simulator {
 
 // What the detectors do to the light. JSON: `source`/`detector`.
 struct DetectorModel {
-  double dead_time_ns = 0;  // non-paralysable: light that comes while a detector is blind is lost,
-                            // and does not make it blind for longer
+  double dead_time_ns = 0;  // non-paralysable: light that comes while a detector is dead is lost,
+                            // and does not prolong it
   double afterpulse_probability = 0;  // that a detection is followed by one without light
   double afterpulse_ns = 30;          // mean time from the end of the dead time to that afterpulse
   // Timing walk: a wait since the detector's last detection in ns, ascending, and by how much a
@@ -32,10 +32,10 @@ struct Detection {
 };
 
 // The detectors of a scene. What an ideal detector would detect is offered to them in the order of
-// time, and they say which of it they detect. Each detector is blind on its own, from its own
+// time, and they say which of it they detect. Each detector is dead on its own, from its own
 // detections. An afterpulse is the release of a carrier that the detection before it has trapped:
 // it starts a dead time and may have an afterpulse like any other detection, and it is lost where
-// the detector is blind when the carrier is released.
+// the detector is dead when the carrier is released.
 //
 // Threads: one. No allocation once the fullest stretch has passed.
 class Detectors {
@@ -43,7 +43,7 @@ class Detectors {
   Detectors(const DetectorModel& model, std::uint64_t seed);
 
   // Light that an idle detector would detect at time_ps: the detector that does so, or nothing
-  // where the detector that the light falls on is blind. Times ascend, together with those of
+  // where the detector that the light falls on is dead. Times ascend, together with those of
   // take_release().
   std::optional<Detection> detect(std::int64_t time_ps);
 
@@ -51,7 +51,7 @@ class Detectors {
   [[nodiscard]] std::int64_t next_release_ps() const {
     return releases_.empty() ? PendingTimes::none : releases_.front().time_ps;
   }
-  // The release at next_release_ps(): the detector that it is an afterpulse of, if it is not blind.
+  // The release at next_release_ps(): the detector that it is an afterpulse of, if it is not dead.
   std::optional<Detection> take_release();
 
  private:
@@ -69,8 +69,8 @@ class Detectors {
   double afterpulse_ps_;
   std::vector<NumberPair> walk_;
   Random random_;
-  std::vector<std::int64_t> blind_until_ps_;  // of each detector
-  std::vector<Release> releases_;             // a heap, the earliest first
+  std::vector<std::int64_t> dead_until_ps_;  // of each detector
+  std::vector<Release> releases_;            // a heap, the earliest first
 };
 
 }  // namespace splid::simulator

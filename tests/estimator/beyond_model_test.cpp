@@ -130,9 +130,9 @@ TEST(BeyondModel, TwoThatPartAreNotOneWithASureVelocity) {
   }
 }
 
-// Pulses as bright as half a photon, before a detector that is blind for 50 ns after each: of 40
+// Pulses as bright as half a photon, before a detector that is dead for 50 ns after each: of 40
 // pulses those behind another one are seen less, whatever bin of phase their photons fall into.
-TEST(BeyondModel, BrightPulsesBeforeABlindDetectorAreInTheModel) {
+TEST(BeyondModel, BrightPulsesBeforeADetectorWithDeadTimeAreInTheModel) {
   test::FrameMaker made = beyond_scene();
   made.length_ms = 5;
   made.signal_per_pulse = 0.5;

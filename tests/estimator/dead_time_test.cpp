@@ -9,7 +9,7 @@
 #include "estimator/model/units.hpp"
 #include "tests/support/frame_maker.hpp"
 
-// The estimates of frames whose detector was blind after each detection.
+// The estimates of frames whose detector was dead after each detection.
 
 namespace splid {
 namespace {
@@ -26,8 +26,8 @@ double delay_off_ns(const Estimate& estimate, const test::FrameMaker& made) {
                         period_ns);
 }
 
-// Light in which half of all photons come while the detector is blind.
-test::FrameMaker blinding_scene() {
+// Light in which half of all photons come in the dead time.
+test::FrameMaker bright_scene() {
   test::FrameMaker made = paper_light();
   made.length_ms = 1;
   made.velocity_mps = 20;
@@ -37,8 +37,8 @@ test::FrameMaker blinding_scene() {
   return made;
 }
 
-FrameEstimator blind_estimator_for(const test::FrameMaker& made, DetectorOptions detector,
-                                   const SceneOptions& scene = {}) {
+FrameEstimator estimator_with(const test::FrameMaker& made, DetectorOptions detector,
+                              const SceneOptions& scene = {}) {
   return {made.pattern,
           {},
           scene,
@@ -65,8 +65,8 @@ void expect_same_bits(const Estimate& a, const Estimate& b) {
 void expect_unbiased(const test::FrameMaker& made, const SceneOptions& scene = {}) {
   constexpr int frames = 50;
   const DetectorOptions known = {made.dead_time_ns};
-  FrameEstimator modelled = blind_estimator_for(made, known, scene);
-  FrameEstimator flagged = blind_estimator_for(made, {made.dead_time_ns, DeadTime::flagged}, scene);
+  FrameEstimator modelled = estimator_with(made, known, scene);
+  FrameEstimator flagged = estimator_with(made, {made.dead_time_ns, DeadTime::flagged}, scene);
   double delay = 0, signal = 0, background = 0, acceleration = 0, signal_flagged = 0;
   for (int n = 0; n < frames; ++n) {
     const auto frame = made.make(static_cast<std::uint64_t>(n));
@@ -94,18 +94,18 @@ void expect_unbiased(const test::FrameMaker& made, const SceneOptions& scene = {
 }
 
 TEST(DeadTime, ADeadTimeThatIsModelledBiasesNothing) {
-  expect_unbiased(blinding_scene());
-  test::FrameMaker split = blinding_scene();
+  expect_unbiased(bright_scene());
+  test::FrameMaker split = bright_scene();
   split.inputs = 2;
   expect_unbiased(split);
-  test::FrameMaker rates = blinding_scene();
+  test::FrameMaker rates = bright_scene();
   rates.pattern = test::mrr_pattern({180000, 189000}, 3780000, 2e8);
   expect_unbiased(rates);
 }
 
 // Taken as even, 80 : 20 makes the signal 4 deviations low.
 TEST(DeadTime, LightThatIsSplitUnevenlyBiasesNothing) {
-  test::FrameMaker split = blinding_scene();
+  test::FrameMaker split = bright_scene();
   split.signal_per_pulse = 0.5;
   split.inputs = 2;
   split.first_share = 0.8;
@@ -115,11 +115,11 @@ TEST(DeadTime, LightThatIsSplitUnevenlyBiasesNothing) {
 }
 
 TEST(DeadTime, WithoutTheCountsOfEachInputTheSplitIsTakenAsEven) {
-  test::FrameMaker made = blinding_scene();
+  test::FrameMaker made = bright_scene();
   made.inputs = 2;
   made.first_share = 0.8;
   const auto frame = made.make(3);
-  FrameEstimator estimator = blind_estimator_for(made, {made.dead_time_ns});
+  FrameEstimator estimator = estimator_with(made, {made.dead_time_ns});
   FrameView view = frame.view();
   view.photons_of_input = {};
   const Estimate unknown = estimator.estimate(view);
@@ -133,7 +133,7 @@ TEST(DeadTime, WithoutTheCountsOfEachInputTheSplitIsTakenAsEven) {
   expect_same_bits(counted, unknown);
   // Counts of a single input say nothing.
   made.inputs = 1;
-  FrameEstimator single = blind_estimator_for(made, {made.dead_time_ns});
+  FrameEstimator single = estimator_with(made, {made.dead_time_ns});
   auto of_one = made.make(3);
   const Estimate alone = single.estimate(of_one.view());
   of_one.photons_of_input = {of_one.photons_ps.size()};
@@ -142,7 +142,7 @@ TEST(DeadTime, WithoutTheCountsOfEachInputTheSplitIsTakenAsEven) {
 
 // The path bends by 13 pulse widths.
 TEST(DeadTime, ADeadTimeIsModelledOnPathsThatBend) {
-  test::FrameMaker made = blinding_scene();
+  test::FrameMaker made = bright_scene();
   made.acceleration_mps2 = 4e5;
   for (const Motion motion : {Motion::accelerating, Motion::automatic}) {
     expect_unbiased(made, {.motion = motion, .max_acceleration_mps2 = 5e5});
@@ -155,10 +155,10 @@ TEST(DeadTime, ADeadTimeIsModelledOnPathsThatBend) {
 
 // 300,000 photons: the search works on a sample, and photons near the pulses are gathered.
 TEST(DeadTime, ADeadTimeIsModelledInFramesOfVeryManyPhotons) {
-  test::FrameMaker made = blinding_scene();
+  test::FrameMaker made = bright_scene();
   made.length_ms = 50;
   made.signal_per_pulse = 0.6;
-  FrameEstimator estimator = blind_estimator_for(made, {made.dead_time_ns});
+  FrameEstimator estimator = estimator_with(made, {made.dead_time_ns});
   const auto frame = made.make(5);
   EXPECT_GT(frame.photons_ps.size(), 250'000U);
   const Estimate e = estimator.estimate(frame.view());
@@ -172,8 +172,8 @@ TEST(DeadTime, ADeadTimeIsModelledInFramesOfVeryManyPhotons) {
 TEST(DeadTime, ADeadTimeTooShortToMatterMovesNothing) {
   const test::FrameMaker made = paper_light();
   const auto frame = made.make(3);
-  FrameEstimator ideal = blind_estimator_for(made, {});
-  FrameEstimator brief = blind_estimator_for(made, {0.5});
+  FrameEstimator ideal = estimator_with(made, {});
+  FrameEstimator brief = estimator_with(made, {0.5});
   const Estimate e = brief.estimate(frame.view()), i = ideal.estimate(frame.view());
   EXPECT_EQ(e.status, i.status);
   EXPECT_NEAR(e.delay_ns, i.delay_ns, 0.05 * i.std_delay_ns);
@@ -186,7 +186,7 @@ TEST(DeadTime, ADeadTimeTooShortToMatterMovesNothing) {
 
 // A dead time is short in this light, but each pulse hides most of itself.
 void expect_unbiased_signal(const test::FrameMaker& made, const SceneOptions& scene = {}) {
-  FrameEstimator estimator = blind_estimator_for(made, {made.dead_time_ns}, scene);
+  FrameEstimator estimator = estimator_with(made, {made.dead_time_ns}, scene);
   double signal = 0;
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     const Estimate e = estimator.estimate(made.make(seed).view());
@@ -196,7 +196,7 @@ void expect_unbiased_signal(const test::FrameMaker& made, const SceneOptions& sc
 }
 
 TEST(DeadTime, BrightPulsesAloneAskForTheDeadTime) {
-  test::FrameMaker made = blinding_scene();
+  test::FrameMaker made = bright_scene();
   made.pattern = test::periodic_pattern(3780000);
   made.background_per_ns = 1e-5;
   made.dead_time_ns = 2;
@@ -208,19 +208,19 @@ TEST(DeadTime, BrightPulsesAloneAskForTheDeadTime) {
 }
 
 TEST(DeadTime, DetectionsThatContradictTheDeadTimeAreNotModelled) {
-  const test::FrameMaker made = blinding_scene();
+  const test::FrameMaker made = bright_scene();
   const auto frame = made.make(3);
-  FrameEstimator wrong = blind_estimator_for(made, {60});
-  FrameEstimator ideal = blind_estimator_for(made, {});
+  FrameEstimator wrong = estimator_with(made, {60});
+  FrameEstimator ideal = estimator_with(made, {});
   const Estimate e = wrong.estimate(frame.view());
   EXPECT_FALSE(e.dead_time_modelled);
   expect_same_bits(e, ideal.estimate(frame.view()));
 }
 
-TEST(DeadTime, TheOrderOfPhotonsMakesNoDifferenceToTheBlindTime) {
-  const test::FrameMaker made = blinding_scene();
+TEST(DeadTime, TheOrderOfPhotonsMakesNoDifferenceToTheDeadTime) {
+  const test::FrameMaker made = bright_scene();
   auto frame = made.make(3);
-  FrameEstimator estimator = blind_estimator_for(made, {made.dead_time_ns});
+  FrameEstimator estimator = estimator_with(made, {made.dead_time_ns});
   const Estimate e = estimator.estimate(frame.view());
   for (std::size_t i = 0; i + 1 < frame.photons_ps.size(); i += 7) {
     std::swap(frame.photons_ps[i], frame.photons_ps[i + 1]);

@@ -93,7 +93,7 @@ void with_acceleration(ExtremeScene& scene, double acceleration_mps2) {
   scene.options.max_acceleration_mps2 = std::abs(acceleration_mps2);
 }
 
-// Light in frames of 1 ms, and a detector that is blind after each detection.
+// Light in frames of 1 ms, and a detector with a dead time.
 void with_dead_time(ExtremeScene& scene, double dead_time_ns, double S, double in_a_dead_time) {
   scene.made.dead_time_ns = scene.detector.dead_time_ns = dead_time_ns;
   scene.made.length_ms = 1;

@@ -10,9 +10,9 @@
 namespace splid {
 namespace {
 
-class BlindDetector : public test::KnownTruth {
+class DetectorWithDeadTime : public test::KnownTruth {
  protected:
-  BlindDetector() {
+  DetectorWithDeadTime() {
     simulate(R"("ambient_per_s":3e6,"signal_per_pulse":0.01,"detector":{"dead_time_ns":45},)"
              R"("target":{"motion":"linear","distance_m":284.5,"velocity_mps":20})",
              "0.41");
@@ -22,7 +22,7 @@ class BlindDetector : public test::KnownTruth {
   }
 };
 
-TEST_F(BlindDetector, HidesNothingWhereItsDeadTimeIsModelled) {
+TEST_F(DetectorWithDeadTime, HidesNothingWhereItsDeadTimeIsModelled) {
   const auto frames = replayed_as("modelled");
   EXPECT_GE(frames.size(), 7U);
   test::Pulls distance, velocity, signal, background;
@@ -44,7 +44,7 @@ TEST_F(BlindDetector, HidesNothingWhereItsDeadTimeIsModelled) {
   background.expect_right("background");
 }
 
-TEST_F(BlindDetector, SaturatesWhereItsDeadTimeIsFlagged) {
+TEST_F(DetectorWithDeadTime, SaturatesWhereItsDeadTimeIsFlagged) {
   const auto frames = replayed_as("flagged");
   EXPECT_GE(frames.size(), 7U);
   for (const FrameMessage& frame : frames) {

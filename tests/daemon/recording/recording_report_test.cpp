@@ -76,7 +76,7 @@ TEST_F(RecordingReport, ThePeriodOfDoubledSyncsIsRightToItsDeviation) {
   }
 }
 
-// Half a million detections a second on two inputs, of which one is blind for 60 ns.
+// Half a million detections a second on two inputs, of which one is dead for 60 ns.
 TEST_F(RecordingReport, TheDeadTimeOfEachInputIsSaid) {
   std::mt19937_64 random(1);
   std::vector<Tag> tags;

@@ -213,7 +213,7 @@ TEST(UnmodelledBy, NamesWhatLeavesTheDeadTimeOut) {
   EXPECT_EQ(unmodelled_by(config), "");
 }
 
-// Nine tenths of the time blind are ten would-be detections in a dead time.
+// Nine tenths of the time dead are ten would-be detections in a dead time.
 TEST_F(FrameMessages, WithTheDeadTimeModelledAreSaturatedBeyondTheModelOnly) {
   context.dead_time_ns = 1e6;
   EXPECT_FALSE(make().blind_fraction.has_value());

@@ -266,7 +266,7 @@ TEST(Framer, LaterThanThatIsCountedLate) {
   EXPECT_EQ(r.totals.resets, 0U);
 }
 
-// A detector may be blind at a frame's start from a photon of the frame before.
+// A detector may be dead at a frame's start from a photon of the frame before.
 TEST(Framer, AFrameKnowsTheLastPhotonsBeforeIt) {
   const Framed r = framed(TagStream{}.make());
   EXPECT_TRUE(r.frames[0].before_ps.empty());

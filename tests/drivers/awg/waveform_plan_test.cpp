@@ -82,7 +82,7 @@ TEST(WaveformPlan, RandomPulsesAreWithinHalfASample) {
                                              pattern.segments[0].pulse_times_ps[i]));
     }
     EXPECT_NEAR(worst_ps, plan.max_deviation_ps, 1e-6);
-    // Of several hundred rates the best is better than one picked blindly, half a sample.
+    // Of several hundred rates the best is better than one picked at random, half a sample.
     EXPECT_LT(worst_ps, 0.5e12 / plan.rate_hz - 0.1);
   }
 }

@@ -136,7 +136,7 @@ TEST(ArrayScene, CrosstalkFallsOnNeighbours) {
   }
 }
 
-TEST(ArrayScene, ABlindDetectorMissesCrosstalk) {
+TEST(ArrayScene, ADeadDetectorMissesCrosstalk) {
   Options options = noiseless_scene();
   options.detection.signal_per_pulse = 0;
   options.ambient_per_s = 2e6;

@@ -55,7 +55,7 @@ std::map<int, std::vector<std::int64_t>> by_input(const std::vector<Tag>& tags) 
   return inputs;
 }
 
-TEST(Detectors, ABlindDetectorLosesExactlyWhatTheDefinitionSays) {
+TEST(Detectors, ADeadDetectorLosesExactlyWhatTheDefinitionSays) {
   Options options;  // [P]'s set-up, brighter
   options.pace = Speed::max;
   options.seconds = 0.05;
@@ -69,7 +69,7 @@ TEST(Detectors, ABlindDetectorLosesExactlyWhatTheDefinitionSays) {
 }
 
 // Between detections a renewal process of a dead time and an exponential wait: rate r / (1 + r t).
-TEST(Detectors, LightThatIsLostDoesNotBlindForLonger) {
+TEST(Detectors, LostLightDoesNotProlongTheDeadTime) {
   for (const double light : {0.1, 3.0, 100.0}) {  // would-be detections in a dead time
     constexpr double dead_ns = 50;
     Options options = daylight(light / dead_ns * 1e9, light > 10 ? 0.002 : 0.02);
@@ -138,7 +138,7 @@ TEST(Detectors, AfterpulsesFollowTheDeadTimeExponentially) {
               four_deviations * 120 / std::sqrt(afterpulses));
 }
 
-TEST(Detectors, SplitDetectorsAreBlindEachOnItsOwn) {
+TEST(Detectors, SplitDetectorsAreDeadEachOnItsOwn) {
   Options options = daylight(2e7, 0.02);
   const auto all = times_ps(simulate(options, paper_pattern()), TagKind::photon);
   options.photon_input = 3;
@@ -154,10 +154,10 @@ TEST(Detectors, SplitDetectorsAreBlindEachOnItsOwn) {
   EXPECT_EQ(together, all);  // without a dead time nothing is lost
 
   options.detector.dead_time_ns = 60;
-  const auto blind = by_input(simulate(options, paper_pattern()));
-  ASSERT_EQ(blind.size(), 4U);
+  const auto dead = by_input(simulate(options, paper_pattern()));
+  ASSERT_EQ(dead.size(), 4U);
   std::vector<std::int64_t> seen;
-  for (const auto& [input, times] : blind) {
+  for (const auto& [input, times] : dead) {
     const std::vector<double> gaps = gaps_ns(times);
     EXPECT_GE(*std::min_element(gaps.begin(), gaps.end()), 60) << input;
     seen.insert(seen.end(), times.begin(), times.end());

@@ -123,7 +123,7 @@ TEST(Bound, AgreesWithAPlainIntegralWherePulsesOverlap) {
 }
 
 // A steady light b leaves a detector alive for 1 / (1 + b t_d) of the time.
-TEST(Bound, OfABlindDetectorCountsTheTimeThatItIsAlive) {
+TEST(Bound, OfADetectorWithDeadTimeCountsTheLiveTime) {
   test::FrameMaker made;
   made.pattern = test::periodic_pattern(100000);
   made.length_ms = 1;
@@ -138,7 +138,7 @@ TEST(Bound, OfABlindDetectorCountsTheTimeThatItIsAlive) {
   EXPECT_NEAR(split(3, 3), 1e6 / (1 + b * 50 / 3) / b, 1e-3 * split(3, 3));
 }
 
-// Pulses 100 ns apart and blind times of 250 ns: a pulse that is seen, with the chance
+// Pulses 100 ns apart and dead times of 250 ns: a pulse that is seen, with the chance
 // q = 1 - exp(-S), hides the next two, so that 1 of 1 + 2 q pulses meets a detector that is alive.
 TEST(Bound, ADeadTimeOfSeveralPeriodsHidesPulses) {
   const Pattern pattern = test::periodic_pattern(100000);
