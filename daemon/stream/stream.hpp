@@ -24,7 +24,7 @@
 #include "drivers/source.hpp"
 #include "estimator/array/pixel_track.hpp"
 
-// This room makes frames of tags. Who never saw it reads this header first, then framer.hpp (where
+// This room makes frames of tags. Read this header first, then framer.hpp (where
 // a frame ends) and effort_governor.hpp (what happens when estimation is too slow).
 
 namespace splid {

@@ -4,7 +4,7 @@
 # page that a source file names. Tables, code and pictures may be wider, as they cannot be broken. No
 # two tables of a page begin with the same header and row, as where one was put in the place of another.
 # Pages of the manual begin with the most words that they may have; code and generated parts do not
-# count. All of them together have a limit too. No page has a phrase that readers stumbled over.
+# count. All of them together have a limit too. No page and no source has a phrase that readers stumbled over.
 #
 #   pages_test.sh ROOT     ROOT: the source tree
 set -eu
@@ -15,6 +15,7 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 failed=0
 all_words=0
+phrases='is said|surely|by nothing|hangs? on|(more|less) to say|near copies|look-alikes?|blind time'
 most_words=25500  # of all pages of the manual: what a reader can finish
 
 # The headings of a page, as links name them.
@@ -41,8 +42,7 @@ for page in *.md docs/*.md docs/*/*.md docs/*/*/*.md; do
     fi
     ;;
   esac
-  if grep -nwiE 'is said|surely|by nothing|hangs? on|(more|less) to say|near copies|look-alikes?|blind time' \
-    "$scratch/prose" >"$scratch/phrases"; then
+  if grep -nwiE "$phrases" "$scratch/prose" >"$scratch/phrases"; then
     sed "s|^|FAIL: a phrase to be said plainly: $page:|" "$scratch/phrases"
     failed=1
   fi
@@ -75,6 +75,13 @@ done
 
 if [ "$all_words" -gt "$most_words" ]; then
   echo "FAIL: the manual has $all_words words, more than $most_words: cut what no reader acts on"
+  failed=1
+fi
+
+# No comment, help or error has such a phrase either.
+if grep -rnwIE "$phrases" protocol drivers config daemon python bench scripts systemd --exclude-dir=data \
+  >"$scratch/phrases"; then
+  sed 's/^/FAIL: a phrase to be said plainly: /' "$scratch/phrases"
   failed=1
 fi
 

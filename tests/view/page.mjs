@@ -367,7 +367,7 @@ await check('a daemon that is not there yet, stops and comes back', async () => 
 });
 
 // The headline in words and colour, its reason beside nothing else, and the values where they do not hold.
-await check('each state of the measurement is said in words and colour', async () => {
+await check('each state of the measurement is shown in words and colour', async () => {
   const seen = await follower.evaluate(() => {
     const text = (id) => document.getElementById(id).textContent;
     const background = (id) => getComputedStyle(document.getElementById(id)).backgroundColor;

@@ -108,7 +108,7 @@ INSTANTIATE_TEST_SUITE_P(Modes, Batch, ::testing::Values("interleaved", "random"
 
 class BatchOfGolden : public Batch {};
 
-// A tracked frame hangs on the estimates before it, in as many threads as are configured.
+// A tracked frame depends on the estimates before it, in as many threads as are configured.
 TEST_F(BatchOfGolden, TrackedFramesAreThoseOfAReplayToo) {
   const std::vector<std::string> files = {golden_folder + "interleaved.ptu"};
   const auto made = [] { return config("interleaved", true, 2); };

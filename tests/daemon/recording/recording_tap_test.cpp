@@ -370,7 +370,7 @@ TEST(RecordingTap, AFrozenDiskHoldsNoEndAndWhatItDidNotTakeIsSaidAsLost) {
   EXPECT_FALSE(ended.whole);
   EXPECT_EQ(ended.text,
             "the recording: the disk does not take what is left; up to 1,000 tags are lost");
-  EXPECT_EQ(said.use_count(), 1);  // nothing is said any more, to whoever may be gone
+  EXPECT_EQ(said.use_count(), 1);  // nothing is reported any more: the receiver may be gone
   clock.thaw();
   EXPECT_TRUE(test::eventually([&] {
     const std::vector<std::string> files = recordings_in(folder.path("r"));

@@ -222,7 +222,7 @@ TEST_F(UsbDaemon, AFailedTransferIsALossInItsFrame) {
 struct DeviceFault {
   const char* name;
   std::function<void(test::StreamFirmware&, test::UsbDouble&, test::Tags16Sender&)> inject;
-  const char* reason;  // empty: nothing is wrong, and nothing is said
+  const char* reason;  // empty: nothing is wrong, and nothing is reported
 };
 
 void PrintTo(const DeviceFault& fault, std::ostream* out) { *out << fault.name; }

@@ -33,7 +33,7 @@ namespace {
 
 using test::comes_true;
 
-// Photons are 10 us apart: where some are missing, a loss or a new clock is said in between.
+// Photons are 10 us apart: where some are missing, a loss or a new clock is reported in between.
 ::testing::AssertionResult every_gap_is_said(const std::vector<Tag>& tags) {
   std::int64_t last_ps = -1;
   bool said = true;
