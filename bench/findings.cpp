@@ -147,8 +147,9 @@ struct Scenes {
   }
 };
 
-// Of the model: whatever is named is a false alarm.
+// Of the model: whatever is named is a false alarm. Ends with a Markdown table of their number.
 void print_plain(const FoldedMaker& plain, int frames) {
+  std::string rows;
   for (const double photons : {20.0, 50.0, 100.0, 300.0, 713.0, 5000.0}) {
     for (const double background : {1e-5, 1.75e-4, 1e-3}) {
       if (background > 5e-4 && photons < 100) continue;
@@ -159,8 +160,13 @@ void print_plain(const FoldedMaker& plain, int frames) {
       std::snprintf(name, sizeof name, "plain %g, %g", photons, background);
       print(name, said, frames);
       print_statistics(said);
+      std::snprintf(name, sizeof name, "| %g | %g | %d | %d |\n", photons, background, frames,
+                    said.any);
+      rows += name;
     }
   }
+  std::printf("\n| photons | b, /ns | frames | with a finding |\n|---|---|---|---|\n%s\n",
+              rows.c_str());
   FoldedMaker made(random_pattern(1000, 100e6));
   made.track.delay_ns = 30000;
   print("plain, random 1000", run(made, frames, 8), frames);
