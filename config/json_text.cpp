@@ -16,57 +16,68 @@ namespace {
 
 using nlohmann::json;
 
-// Follows a parse from event to event, to find keys that an object has twice. The parser itself
-// keeps the last of the two and does not tell.
-class DuplicateKeys {
- public:
-  void see(json::parse_event_t event, const json& parsed) {
-    switch (event) {
-      case json::parse_event_t::key:
-        see_key(parsed.get_ref<const std::string&>());
-        break;
-      case json::parse_event_t::object_start:
-      case json::parse_event_t::array_start:
-        next_element();
-        levels_.push_back({event == json::parse_event_t::array_start, 0, {}, {}});
-        break;
-      case json::parse_event_t::object_end:
-      case json::parse_event_t::array_end:
-        levels_.pop_back();
-        break;
-      case json::parse_event_t::value:
-        next_element();
-        break;
-    }
-  }
+constexpr std::size_t max_depth = 32;
 
+// Follows a text from event to event, to find keys that an object has twice, of which the parser
+// keeps the last. (A callback of the parser costs the square of an array's length.)
+class DuplicateKeys final : public nlohmann::json_sax<json> {
+ public:
   // The JSON pointer of the first such key; empty: none.
   [[nodiscard]] const std::string& found() const { return found_; }
 
+  bool null() override { return next_element(); }
+  bool boolean(bool /*value*/) override { return next_element(); }
+  bool number_integer(std::int64_t /*value*/) override { return next_element(); }
+  bool number_unsigned(std::uint64_t /*value*/) override { return next_element(); }
+  bool number_float(double /*value*/, const std::string& /*text*/) override {
+    return next_element();
+  }
+  bool string(std::string& /*value*/) override { return next_element(); }
+  bool binary(json::binary_t& /*value*/) override { return next_element(); }
+  bool start_object(std::size_t /*elements*/) override { return begin(false); }
+  bool start_array(std::size_t /*elements*/) override { return begin(true); }
+  bool end_object() override { return end(); }
+  bool end_array() override { return end(); }
+  bool key(std::string& key) override;
+  bool parse_error(std::size_t /*byte*/, const std::string& /*token*/,
+                   const json::exception& /*error*/) override {
+    return false;
+  }
+
  private:
   struct Level {
-    bool is_array;
-    std::size_t elements;  // begun so far
-    std::string key;       // last seen
+    bool is_array = false;
+    std::size_t elements = 0;  // begun so far
+    std::string key;           // last seen
     std::set<std::string> keys;
   };
 
-  void next_element() {
+  bool next_element() {
     if (!levels_.empty() && levels_.back().is_array) ++levels_.back().elements;
+    return true;
   }
-
-  void see_key(const std::string& key) {
-    levels_.back().key = key;
-    const bool is_new = levels_.back().keys.insert(key).second;
-    if (is_new || !found_.empty()) return;
-    for (const Level& level : levels_) {
-      found_ = pointer_to(found_, level.is_array ? std::to_string(level.elements - 1) : level.key);
-    }
+  bool begin(bool is_array) {
+    next_element();
+    levels_.emplace_back().is_array = is_array;
+    return true;
+  }
+  bool end() {
+    levels_.pop_back();
+    return true;
   }
 
   std::vector<Level> levels_;
   std::string found_;
 };
+
+bool DuplicateKeys::key(std::string& key) {
+  levels_.back().key = key;
+  if (levels_.back().keys.insert(key).second) return true;
+  for (const Level& level : levels_) {
+    found_ = pointer_to(found_, level.is_array ? std::to_string(level.elements - 1) : level.key);
+  }
+  return false;
+}
 
 // byte: the place of the last byte that was read. Bytes, lines and columns count from 1.
 std::string place(const std::string& text, std::size_t byte) {
@@ -95,22 +106,18 @@ std::string quoted_reason(const json::exception& error) {
 }  // namespace
 
 nlohmann::json parse_json_text(const std::string& text, const std::string& file) {
-  // A value in an error is printed by recursion, so that its depth must have a bound.
-  constexpr int max_depth = 32;
-  DuplicateKeys duplicates;
+  if (json_depth(text) > max_depth) throw Error(Fault::usage, file + ": is nested too deeply");
   json value;
   try {
-    value = json_value(text, [&](int depth, json::parse_event_t event, const json& parsed) {
-      if (depth > max_depth) throw Error(Fault::usage, file + ": is nested too deeply");
-      duplicates.see(event, parsed);
-      return true;
-    });
+    value = json_value(text);
   } catch (const json::parse_error& error) {
     throw Error(Fault::usage, file + ": " + place(text, error.byte) +
                                   ": is not JSON: " + hide_keys(quoted_reason(error)));
   } catch (const json::exception& error) {  // a number that no double holds
     throw Error(Fault::usage, file + ": " + quoted_reason(error));
   }
+  DuplicateKeys duplicates;
+  read_json_events(text, duplicates);
   if (!duplicates.found().empty()) {
     throw Error(Fault::usage, file + ": " + shown_text(duplicates.found(), most_quoted) +
                                   ": is given twice in the same object; remove one of the two");

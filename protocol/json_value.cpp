@@ -1,5 +1,7 @@
 #include "protocol/json_value.hpp"
 
+#include <algorithm>
+
 namespace splid {
 namespace {
 
@@ -10,9 +12,28 @@ std::string text_of(const Json& value, int indent = -1) {
 
 }  // namespace
 
-nlohmann::json json_value(std::string_view text,
-                          const nlohmann::json::parser_callback_t& observer) {
-  return nlohmann::json::parse(text, observer);
+nlohmann::json json_value(std::string_view text) { return nlohmann::json::parse(text); }
+
+std::size_t json_depth(std::string_view text) {
+  std::size_t depth = 0, deepest = 0;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '"') {
+      in_string = !in_string;
+    } else if (in_string) {
+      i += c == '\\' ? 1 : 0;
+    } else if (c == '[' || c == '{') {
+      deepest = std::max(deepest, ++depth);
+    } else if ((c == ']' || c == '}') && depth > 0) {
+      --depth;
+    }
+  }
+  return deepest;
+}
+
+void read_json_events(std::string_view text, nlohmann::json_sax<nlohmann::json>& events) {
+  nlohmann::json::sax_parse(text, &events);
 }
 
 nlohmann::json json_value_if_any(std::string_view text) {

@@ -11,10 +11,16 @@
 namespace splid {
 
 // Errors: nlohmann::json::parse_error where the text is no JSON, nlohmann::json::out_of_range where
-// a number is too large for a double, and what the observer throws. observer: is told of each value
-// as soon as it is read, may be empty, and is not called once this returns.
-nlohmann::json json_value(std::string_view text,
-                          const nlohmann::json::parser_callback_t& observer = nullptr);
+// a number is too large for a double.
+nlohmann::json json_value(std::string_view text);
+
+// How deeply the brackets of a text are nested, which need not be JSON. A value in an error is
+// printed by recursion, so that whoever reads a file bounds its depth first.
+std::size_t json_depth(std::string_view text);
+
+// Tells `events` of each value, key and bracket of a text, in its order, until a handler returns
+// false. An error of the text is told, too, not thrown.
+void read_json_events(std::string_view text, nlohmann::json_sax<nlohmann::json>& events);
 
 // For text from elsewhere that need not be JSON: then the value's is_discarded() is true.
 nlohmann::json json_value_if_any(std::string_view text);

@@ -125,14 +125,12 @@ void check_kind(const std::string& text, const std::string& file) {
 }
 
 json parse(const std::string& text, const std::string& file) {
-  // A value in an error is printed by recursion, so that its depth must have a bound.
-  constexpr int max_depth = 16;
-  const auto check_depth = [&file](int depth, json::parse_event_t /*event*/, json& /*value*/) {
-    if (depth > max_depth) throw Error(Fault::data, file + ": nested too deeply for a pattern");
-    return true;
-  };
+  constexpr std::size_t max_depth = 16;
+  if (json_depth(text) > max_depth) {
+    throw Error(Fault::data, file + ": nested too deeply for a pattern");
+  }
   try {
-    return json_value(text, check_depth);
+    return json_value(text);
   } catch (const json::parse_error& error) {
     // The library's sentence names line and column after a code that people need not see.
     const std::string_view what = error.what();

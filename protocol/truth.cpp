@@ -68,14 +68,12 @@ std::vector<double> numbers(const json& object, const std::string& key) {
 }
 
 json parse(const std::string& text) {
-  // A value in an error is printed by recursion, so that its depth must have a bound.
-  constexpr int max_depth = 16;
-  const auto check_depth = [](int depth, json::parse_event_t /*event*/, json& /*value*/) {
-    if (depth > max_depth) throw Error(Fault::data, "truth: nested too deeply for a truth file");
-    return true;
-  };
+  constexpr std::size_t max_depth = 16;
+  if (json_depth(text) > max_depth) {
+    throw Error(Fault::data, "truth: nested too deeply for a truth file");
+  }
   try {
-    json object = json_value(text, check_depth);
+    json object = json_value(text);
     if (object.is_object()) return object;
   } catch (const json::parse_error& error) {
     throw Error(Fault::data, "truth: no JSON at byte " + std::to_string(error.byte) +

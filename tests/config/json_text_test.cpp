@@ -44,6 +44,13 @@ TEST(JsonText, RefusesKeysGivenTwice) {
               StartsWith("a.json: /a/2/c: is given twice"));
 }
 
+// As a callback of the parser does it, this takes minutes.
+TEST(JsonText, ALongListTakesTimeByItsLength) {
+  std::string text = "[{}";
+  for (int i = 0; i < 200'000; ++i) text += ",{}";
+  EXPECT_EQ(parse_json_text(text + "]", "").size(), 200'001U);
+}
+
 TEST(JsonText, AKeyMayComeAgainInAnotherObject) {
   EXPECT_EQ(error_of(R"({"a": {"a": 1}, "b": [{"a": 1}, {"a": 1}]})"), "");
 }
