@@ -118,12 +118,12 @@ TEST(RigidScene, VelocityGainsWithTheRootOfThePixels) {
 TEST(RigidScene, LocksWhereSinglePixelsFail) {
   test::FrameMaker made = paper_scene();
   made.signal_per_pulse = 1.0e-4;
-  const std::size_t pixels = 8;
+  const std::size_t pixels = 4;
   Field field(pixels, made);
   test::FrameMaker resting = made;
   resting.velocity_mps = 0;
   FrameEstimator oracle = knows_the_velocity(resting);
-  const int frames = 120;
+  const int frames = 240;
   int alone = 0, locks = 0, members = 0, ok = 0, wrong = 0, oracle_ok = 0;
   for (int n = 0; n < frames; ++n) {
     field.measure(static_cast<std::uint64_t>(n));
