@@ -27,7 +27,8 @@ ServiceNotifier::ServiceNotifier(const Clock& clock) : clock_(clock) {
 
 void ServiceNotifier::tick(const StatusMessage& status, bool alive) {
   const std::int64_t now_ns = clock_.steady_ns();
-  if (!ready_ && (status.frames > 0 || status.state == DaemonState::waiting_for_device)) {
+  if (!ready_ && (status.frames > 0 || status.state == DaemonState::waiting_for_device ||
+                  status.state == DaemonState::degraded)) {
     ready_ = true;
     sd_notify(0, "READY=1");
   }

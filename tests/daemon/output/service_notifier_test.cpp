@@ -36,7 +36,8 @@ StatusMessage status(DaemonState state, std::uint64_t frames, const std::string&
 
 TEST(ServiceNotifier, IsReadyWithTheFirstFrameOrADeclaredWait) {
   for (const StatusMessage& when :
-       {status(DaemonState::streaming, 1), status(DaemonState::waiting_for_device, 0)}) {
+       {status(DaemonState::streaming, 1), status(DaemonState::waiting_for_device, 0),
+        status(DaemonState::degraded, 0, "the instrument's library is missing")}) {
     test::NotifySocket manager("2000000");
     HeldClock clock;
     ServiceNotifier notifier(clock);
