@@ -54,6 +54,7 @@ void check(const std::string& file, const std::string& section,
 }
 
 std::optional<OptionFault> frame_fault(const Config& config) {
+  if (auto fault = frame_by_fault(config.frame.by)) return fault;
   // The pattern's clock cannot be told from fewer than three syncs; see SyncClock.
   constexpr double min_periods = 3;
   const double period_ms = pattern_period_ps(config.pattern) * 1e-9;
@@ -145,6 +146,7 @@ void check_all(const Config& config) {
   check(config.file, "/record", config.record.validate());
   check(config.file, "/awg", config.awg.validate());
   check(config.file, "/frame", frame_fault(config));
+  check(config.file, "/scan", config.scan.validate(config.channels));
   check(config.file, "/drift", config.drift.validate());
   check(config.file, "/detector", config.detector.validate());
   check(config.file, "/estimator", config.estimator.validate(config.scene));

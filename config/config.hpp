@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/daemon_options.hpp"
+#include "config/scan_options.hpp"
 #include "config/security_options.hpp"
 #include "drivers/awg/awg_options.hpp"
 #include "drivers/encoder/encoder_options.hpp"
@@ -38,6 +39,7 @@ struct Config {
   EncoderOptions encoder;
   PulseOptions pulse;
   FrameOptions frame;
+  ScanOptions scan;
   DriftOptions drift;
   SceneOptions scene;
   EstimatorOptions estimator;

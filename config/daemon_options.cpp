@@ -100,7 +100,13 @@ std::optional<OptionFault> ChannelOptions::validate() const {
 
 void FrameOptions::describe(OptionVisitor& visitor) {
   visitor.number("length_ms", length_ms, {0.1, 60000},
-                 "length of a frame, rounded to a whole number of pattern periods, ms");
+                 "length of a frame, rounded to a whole number of pattern periods, ms; of a scan, "
+                 "the longest dwell to expect");
+  visitor.text("by", by,
+               "time: frames of length_ms; marker:N: from one marker to the next; "
+               "line:START:STOP:PIXELS: a line of a scan from marker START to marker STOP, cut "
+               "into PIXELS dwells, a frame each; auto: the lines that a recording's header tells "
+               "of, else time");
   visitor.number("min_seen_fraction", min_seen_fraction, {0, 1},
                  "a frame of which a smaller fraction was seen, as tags were lost, is incomplete");
 }

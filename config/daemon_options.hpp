@@ -28,6 +28,7 @@ struct ChannelOptions {
 // JSON: `frame`.
 struct FrameOptions {
   double length_ms = 50;           // rounded to a whole number of pattern periods
+  std::string by = "auto";         // auto, time, marker:N or line:START:STOP:PIXELS; scan_lines()
   double min_seen_fraction = 0.9;  // a frame of which less was seen is `incomplete`
   void describe(OptionVisitor& visitor);
 };

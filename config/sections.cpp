@@ -58,6 +58,8 @@ void describe_common_sections(Config& config, OptionVisitor& visitor) {
   visitor.object("pattern", pattern, "the pulses that the laser sends");
   section(visitor, "pulse", config.pulse, "the shape of a detected pulse");
   section(visitor, "frame", config.frame, "how the stream is cut");
+  section(visitor, "scan", config.scan,
+          "a scanner, whose dwells frame.by makes frames of, docs/guide/scan.md");
   section(visitor, "drift", config.drift, "how the pattern's clock is measured by its syncs");
   section(visitor, "scene", config.scene, "what the target may do");
   section(visitor, "estimator", config.estimator, "how the target is found");

@@ -16,6 +16,7 @@
 #include "protocol/options.hpp"
 #include "protocol/pattern.hpp"
 #include "protocol/pixel.hpp"
+#include "protocol/scan_lines.hpp"
 #include "protocol/tag.hpp"
 
 // drivers/ turns instruments, recordings and simulated scenes into streams of tags. A newcomer
@@ -54,6 +55,8 @@ struct SourceInfo {
   // The syncs were counted and not timed: times are in the generator's own clock, in which a
   // pattern period has one length, so that nothing can be said of its drift and jitter.
   bool syncs_are_counted = false;
+  // The scan that a recording's header tells of; absent where there is none.
+  std::optional<ScanLines> scan = {};
 };
 
 // Something that a driver counts, for the metrics.

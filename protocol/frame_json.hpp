@@ -85,6 +85,13 @@ struct FrameMessage {
   };
   std::optional<Reference> reference;  // what an encoder on the target says
 
+  // Which dwell of a scan it is; all counts from 0.
+  struct Scan {
+    std::uint64_t picture = 0, line = 0, column = 0;
+    std::optional<double> azimuth_deg, elevation_deg;  // to the right and up
+  };
+  std::optional<Scan> scan = {};
+
   std::optional<std::string> effort;
   std::optional<double> compute_ms;  // estimation of this frame, wall time on its thread
   std::optional<double> latency_ms;  // from the last tag's arrival in the ring to publication

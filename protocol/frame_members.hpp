@@ -162,6 +162,15 @@ void describe(Message& message, Visitor& see) {
         inner.number({"distance_m", "m", "distance by the encoder"}, reference.distance_m);
         inner.number({"velocity_mps", "m/s", "velocity by the encoder"}, reference.velocity_mps);
       });
+  see.part(
+      {"scan", "", "of a [scan](../guide/scan.md): which dwell the frame is"}, message.scan,
+      [](auto& scan, auto& inner) {
+        inner.count({"picture", "", "pictures before it"}, scan.picture);
+        inner.count({"line", "", "line of the picture, from 0"}, scan.line);
+        inner.count({"column", "", "pixel of the line, from 0, from left to right"}, scan.column);
+        inner.number({"azimuth_deg", "degrees", "direction, to the right"}, scan.azimuth_deg);
+        inner.number({"elevation_deg", "degrees", "direction, up"}, scan.elevation_deg);
+      });
   see.text(
       {"effort", "", "effort of the estimate: below `estimator.effort` if frames came too fast"},
       message.effort);

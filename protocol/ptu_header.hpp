@@ -10,6 +10,7 @@
 
 #include "protocol/ptu_inputs.hpp"
 #include "protocol/recording_header.hpp"
+#include "protocol/scan_lines.hpp"
 #include "protocol/tag.hpp"
 
 namespace splid {
@@ -48,6 +49,7 @@ struct PtuFacts {
   std::string config_json;           // Splid_Config
   std::string encoder_file;          // Splid_Encoder: the file beside this with counts; empty: none
   std::vector<Loss> losses;          // Splid_Losses, sorted; neighbours are joined until all fit
+  std::optional<ScanLines> scan;     // ImgHdr_ tags, where it has lines from marker to marker
   std::optional<PtuT3Facts> t3;      // records of PtuT3Encoder; absent: of PtuEncoder
   std::size_t losses_room_bytes = 65'536;  // fixed room for the losses, at least 128
 };

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdio>
 
 #include "protocol/error.hpp"
@@ -98,11 +99,17 @@ void write_origin(Writer& writer, const PtuFacts& facts) {
   writer.string("HW_Type", facts.instrument);
 }
 
+// Lines from one marker to another, each of a single bit: other readers know no others.
+bool is_picture(const std::optional<ScanLines>& scan) {
+  return scan && marker_number(scan->start) != 0 && marker_number(scan->stop) != 0 &&
+         (scan->start != scan->stop || scan->pixels > 1);
+}
+
 void write_measurement(Writer& writer, const PtuFacts& facts) {
   const RecordType type = facts.t3 ? RecordType::hydra_harp_v2_t3 : RecordType::hydra_harp_v2;
   const double clock_s = facts.t3 ? facts.t3->sync_period_s : 1e-12;
   writer.integer("Measurement_Mode", facts.t3 ? 3 : 2);
-  writer.integer("Measurement_SubMode", 0);
+  writer.integer("Measurement_SubMode", is_picture(facts.scan) ? 3 : 0);
   writer.integer("TTResultFormat_TTTRRecType", static_cast<std::int64_t>(type));
   writer.integer("TTResultFormat_BitsPerRecord", 32);
   writer.integer("MeasDesc_BinningFactor", 1);
@@ -115,12 +122,26 @@ void write_measurement(Writer& writer, const PtuFacts& facts) {
   writer.integer("TTResult_SyncRate", facts.sync_rate_hz);
 }
 
+void write_scan(Writer& writer, const ScanLines& scan) {
+  writer.integer("ImgHdr_Dimensions", 3);
+  writer.integer("ImgHdr_Ident", 3);  // a laser scanner with line markers
+  writer.integer("ImgHdr_PixX", scan.pixels);
+  if (scan.lines > 0) writer.integer("ImgHdr_PixY", scan.lines);
+  writer.integer("ImgHdr_LineStart", marker_number(scan.start));
+  if (scan.stop != scan.start) writer.integer("ImgHdr_LineStop", marker_number(scan.stop));
+  const std::int64_t picture = marker_number(scan.picture);
+  if (picture != 0) writer.integer("ImgHdr_Frame", picture);
+  writer.integer("ImgHdr_BiDirect", scan.both_ways ? 1 : 0);
+  writer.integer("ImgHdr_SinCorrection", std::llround(scan.sine_percent));
+}
+
 }  // namespace
 
 std::vector<std::byte> make_ptu_header(const PtuFacts& facts) {
   Writer writer;
   write_origin(writer, facts);
   write_measurement(writer, facts);
+  if (is_picture(facts.scan)) write_scan(writer, *facts.scan);
   writer.string("Splid_Origin_ps", std::to_string(facts.origin_ps), origin_room_bytes);
   if (!facts.t3) writer.string("Splid_Inputs", facts.inputs.text(), PtuInputs::most_chars);
   writer.string("Splid_Pattern", facts.pattern_json);

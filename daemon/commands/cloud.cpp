@@ -74,6 +74,10 @@ class CloudRun {
     if (points_.ambiguous() > 0) {
       log_warning("{} points are at a range that is ambiguous", grouped(points_.ambiguous()));
     }
+    if (points_.without_direction() > 0) {
+      log_warning("{} frames have no direction: /scan/angles has no row for their time",
+                  grouped(points_.without_direction()));
+    }
     if (!has_points()) log_warning("{} has no point", name_);
   }
 

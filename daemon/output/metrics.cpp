@@ -93,9 +93,11 @@ std::array<Counter*, 7> frames_by_status(Registry& registry) {
 }
 
 Counter& tags(Registry& registry, const char* channel) {
-  return counter(registry, "splid_tags_total",
-                 "Tags in frames by channel; ignored: on channels that are not configured",
-                 {{"channel", channel}});
+  return counter(
+      registry, "splid_tags_total",
+      "Tags in frames by channel; ignored: on channels that are not configured; outside: in "
+      "no dwell of a scan",
+      {{"channel", channel}});
 }
 
 Counter& lost(Registry& registry, const char* cause) {
@@ -183,6 +185,7 @@ struct Metrics::Series {
   Counter& syncs = tags(*registry, "sync");
   Counter& markers = tags(*registry, "encoder");
   Counter& ignored = tags(*registry, "ignored");
+  Counter& outside = tags(*registry, "outside");
   Counter& shared = counter(*registry, "splid_tags_shared_total",
                             "Further uses of a record with several marker bits");
   Counter& instrument = lost(*registry, "instrument");
@@ -281,6 +284,7 @@ void Metrics::refresh(const StatusMessage& status, const StreamCounters& counter
   raise(series.syncs, framer.syncs);
   raise(series.markers, framer.markers);
   raise(series.ignored, framer.ignored);
+  raise(series.outside, framer.outside);
   raise(series.shared, framer.shared);
   raise(series.late, framer.late);
   raise(series.surplus, framer.surplus);

@@ -240,6 +240,9 @@ StreamHealth Output::health(Stream& stream) {
     health.notices = ends_.device->take_notices();
     health.configuration_fault = ends_.device->configuration_fault();
   }
+  std::string scan = scan_watch_.look(stream.counters().framer, now_ns);
+  if (!std::exchange(scan_is_faulty_, !scan.empty()) && scan_is_faulty_) log_warning(scan);
+  if (!scan.empty()) health.notices.push_back(std::move(scan));
   // After the notices, so that no notice tells of a fault that is not here.
   const std::scoped_lock lock(recording_mutex_);
   if (recording_ != nullptr) {
@@ -262,6 +265,8 @@ void Output::end(Stream& stream, StreamSummary& summary) {
   if (stream.diagnosis() != nullptr) summary.diagnosis = *stream.diagnosis();
   before_ += counters;
   last_fill_ = stream.take_highest_fill();
+  scan_watch_ = {};
+  scan_is_faulty_ = false;
   has_encoder_ = false;
   encoder_.reset();
   if (ends_.device != nullptr) ends_.device->set_wake(nullptr);

@@ -18,6 +18,7 @@
 #include "daemon/output/metrics.hpp"
 #include "daemon/output/pixel_watch.hpp"
 #include "daemon/output/publisher.hpp"
+#include "daemon/output/scan_watch.hpp"
 #include "daemon/output/service_notifier.hpp"
 #include "daemon/output/status_reporter.hpp"
 #include "daemon/output/stream_summary.hpp"
@@ -137,7 +138,9 @@ class Output {
   Liveness liveness_;
   std::optional<EncoderFeed> encoder_;
   std::atomic<bool> has_encoder_{false};
-  std::string sync_fault_;    // a sentence; empty: none found
+  std::string sync_fault_;  // a sentence; empty: none found
+  ScanWatch scan_watch_;
+  bool scan_is_faulty_ = false;
   double last_fill_ = 0;      // of the ring, when the stream ended
   std::uint64_t beyond_ = 0;  // FramerTotals::beyond as last seen
   std::int64_t beyond_until_ns_ = 0;

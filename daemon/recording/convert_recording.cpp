@@ -45,6 +45,7 @@ PtuFacts kept_facts(const RecordingHeader& header) {
   facts.comment = header.text("File_Comment").value_or("");
   facts.sync_divider = header.integer("HWSync_Divider").value_or(1);
   facts.inputs = header.inputs;
+  facts.scan = scan_of(header);
   facts.pattern_json = header.pattern_json;
   facts.config_json = header.config_json;
   facts.encoder_file = header.text("Splid_Encoder").value_or("");

@@ -46,6 +46,7 @@ PtuFacts header_facts(const Config& config, const SourceInfo& source,
   facts.pattern_json = to_json(config.pattern);
   facts.config_json = config_to_json(config);
   facts.inputs = inputs_of(config.channels);
+  facts.scan = scan_lines(config.frame.by, config.scan, source.scan);
   facts.encoder_file = encoder_file.substr(encoder_file.rfind('/') + 1);
   return facts;
 }

@@ -22,6 +22,7 @@
 #include "daemon/service/open_publisher.hpp"
 #include "daemon/service/reloader.hpp"
 #include "daemon/service/session_report.hpp"
+#include "daemon/stream/scan_check.hpp"
 #include "daemon/study/truth_score.hpp"
 #include "protocol/error.hpp"
 
@@ -127,6 +128,7 @@ void say_who_came(const security::Refusals& refusals, const Publisher& publisher
 void judge(const StreamSummary& summary, const Config& config, bool was_stopped) {
   check_cost(summary, static_cast<double>(config.pipeline.estimation_threads));
   try {
+    check_scan(summary.tags);
     check_locked(summary);
     check_pattern(summary);
   } catch (const Error& error) {

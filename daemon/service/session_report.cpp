@@ -33,6 +33,7 @@ std::string in_words(const StreamSummary& summary) {
   text += "; " + grouped(tags.events) + " tags: " + grouped(tags.photons) + " photons, " +
           grouped(tags.syncs) + " syncs, " + grouped(tags.ignored) + " on channels not used; " +
           grouped(summary.lost_tags + summary.discarded_tags) + " lost";
+  if (tags.outside > 0) text += ", " + grouped(tags.outside) + " outside the scan's dwells";
   if (tags.uncounted > 0) {
     text += ", and nobody knows how many in " + grouped(tags.uncounted) +
             (tags.uncounted == 1 ? " loss" : " losses");

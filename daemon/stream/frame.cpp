@@ -48,6 +48,7 @@ void Frame::share_with(Frame& pixel, std::uint64_t surplus, std::uint64_t surplu
   pixel.uncounted_losses = uncounted_losses;
   pixel.seen_fraction = seen_fraction;
   pixel.sync = sync;
+  pixel.scan = scan;
   pixel.arrival_ns = arrival_ns;
   if (surplus == 0) return;
   const std::int64_t from_ps = pixel.photons_ps.empty() ? start_ps : pixel.photons_ps.back() + 1;

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -80,6 +82,18 @@ struct MarkerTag {
   std::int32_t bits = 0;  // all marker bits of the record; the input's number for an input
 };
 
+// Which dwell of a scan a frame is. All from 0.
+struct ScanPlace {
+  std::int64_t picture = 0;
+  std::int64_t line = 0;     // of the picture
+  std::int64_t column = 0;   // of the line, from left to right also where the line runs back
+  std::int64_t columns = 1;  // that the line has
+  // The encoder's sample clock at mid-frame: how many ticks after its first. Not a number where it
+  // has not ticked twice.
+  double tick = std::numeric_limits<double>::quiet_NaN();
+  friend bool operator==(const ScanPlace&, const ScanPlace&) = default;
+};
+
 // One frame with its tags. All times are in the tagger's clock. The Framer fills it; it may be read
 // from FrameSink::close() on, until it is opened again.
 struct Frame {
@@ -91,7 +105,7 @@ struct Frame {
   explicit Frame(const FrameCapacity& capacity);
 
   std::uint64_t sequence = 0;           // counts frames from 0
-  std::int64_t start_ps = 0;            // a pattern start, if there are syncs to tell
+  std::int64_t start_ps = 0;            // a pattern start, if there are syncs to tell; or a dwell's
   std::int64_t end_ps = 0;              // the next frame's start, unless the clock jumps between
   FixedArray<std::int64_t> photons_ps;  // in [start_ps, end_ps), nearly sorted
   FixedArray<std::int64_t> syncs_ps;    // in [start_ps, end_ps), nearly sorted
@@ -106,7 +120,8 @@ struct Frame {
   std::uint64_t uncounted_losses = 0;  // losses of unknown count that ended in this frame
   double seen_fraction = 0;            // 0 to 1: 1 less the losses' share of the frame's time
   SyncFit sync;
-  std::int64_t arrival_ns = 0;  // of the last tag, as passed to Framer::push()
+  std::optional<ScanPlace> scan;  // absent where frames are cut by time
+  std::int64_t arrival_ns = 0;    // of the last tag, as passed to Framer::push()
   // Where there are several pixels, their parts of the frame, in the order of the configuration:
   // photons_ps and before_ps above are then empty. A part has the frame's bounds, sync, losses and
   // lost tags, its own photons, and as a loss of its own the time after they had filled their room.

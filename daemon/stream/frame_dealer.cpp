@@ -33,7 +33,11 @@ void FrameDealer::close() {
   last_end_ps_ = frame.end_ps;
   unit_->mid_unix_s = device_clock_.unix_s(frame.start_ps + (frame.end_ps - frame.start_ps) / 2);
   effort_.configure(configured_effort_.load(std::memory_order_relaxed));
-  unit_->effort = effort_.next(std::exchange(waited_, false));
+  // The dwells of a line come all at once, when it ends: only the first of them shows whether there
+  // was time.
+  const bool is_first = !frame.scan || frame.scan->line != last_line_;
+  last_line_ = frame.scan ? frame.scan->line : -1;
+  unit_->effort = effort_.next(std::exchange(waited_, false) && is_first);
   unit_->wanted = !wanted_ || wanted_(frame);
   lanes_[lane_]->fill();
   lanes_[lane_]->wake_estimators();

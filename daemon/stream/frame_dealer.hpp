@@ -59,6 +59,7 @@ class FrameDealer final : public FrameSink {
   bool waited_ = false;   // for the slot of the open frame
   std::size_t lane_ = 0;  // of the open frame
   EstimationUnit* unit_ = nullptr;
+  std::int64_t last_line_ = -1;   // of a scan: of the frame before
   std::int64_t last_end_ps_ = 0;  // of the frame before; valid from the second frame on
 };
 

@@ -146,6 +146,11 @@ void add_background(FrameMessage& message, const Frame& frame, const Estimate& e
   if (estimate.status != FrameStatus::no_sync) message.significance = estimate.significance_nats;
 }
 
+// Absent where both are.
+std::optional<double> sum_of(const std::optional<double>& a, const std::optional<double>& b) {
+  return a && b ? *a + *b : a ? a : b;
+}
+
 FrameMessage::Sync sync_message(const SyncFit& fit) {
   FrameMessage::Sync sync{fit.count, fit.missing, fit.spurious, {}, {}, {}};
   if (fit.locked) {
@@ -154,6 +159,21 @@ FrameMessage::Sync sync_message(const SyncFit& fit) {
     sync.jitter_ps = fit.jitter_ps;
   }
   return sync;
+}
+
+FrameMessage::Scan scan_message(const ScanPlace& place, const FrameContext& context) {
+  FrameMessage::Scan scan;
+  scan.picture = static_cast<std::uint64_t>(place.picture);
+  scan.line = static_cast<std::uint64_t>(place.line);
+  scan.column = static_cast<std::uint64_t>(place.column);
+  ScanDirection looks;
+  if (context.directions) {
+    looks = context.directions->of(place);
+    if (!looks.azimuth_deg && !looks.elevation_deg) return scan;
+  }
+  scan.azimuth_deg = sum_of(context.azimuth_deg, looks.azimuth_deg);
+  scan.elevation_deg = sum_of(context.elevation_deg, looks.elevation_deg);
+  return scan;
 }
 
 }  // namespace
@@ -175,6 +195,13 @@ FrameContext frame_context(const Config& config) {
   context.period_ps = pattern_period_ps(config.pattern);
   context.amplitude_per_period = amplitude_per_period(config.pattern);
   context.mean_amplitude = mean_amplitude(config.pattern);
+  if (config.scan.has_directions()) {
+    context.directions = std::make_shared<ScanDirections>(config.scan);
+  }
+  if (config.pixels.size() == 1) {
+    context.azimuth_deg = config.pixels[0].azimuth_deg;
+    context.elevation_deg = config.pixels[0].elevation_deg;
+  }
   return context;
 }
 
@@ -192,6 +219,7 @@ FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
   message.uncounted_losses = frame.uncounted_losses;
   message.seen_fraction = frame.seen_fraction;
   if (!context.syncs_are_counted) message.sync = sync_message(frame.sync);
+  if (frame.scan) message.scan = scan_message(*frame.scan, context);
   message.effort = to_string(times.effort);
   message.compute_ms = times.compute_ms;
   if (times.latency_ms >= 0) message.latency_ms = times.latency_ms;

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "config/config.hpp"
 #include "daemon/stream/frame.hpp"
+#include "daemon/stream/scan_directions.hpp"
 #include "estimator/model/estimate.hpp"
 #include "protocol/frame_json.hpp"
 
@@ -25,8 +28,12 @@ struct FrameContext {
   bool lists_targets = false;       // scene.targets is more than 1
   // The source counts syncs and does not time them (SourceInfo): frames have no `sync`.
   bool syncs_are_counted = false;
+  // Where a scanner looks, to which a pixel's own direction is added; null: not known.
+  std::shared_ptr<const ScanDirections> directions = nullptr;
+  std::optional<double> azimuth_deg = {}, elevation_deg = {};  // of the pixel
 };
 
+// Errors: those of ScanDirections.
 FrameContext frame_context(const Config& config);
 
 // When things happened to a frame, and how hard it was looked at.

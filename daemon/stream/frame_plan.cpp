@@ -30,8 +30,9 @@ double periods_per_frame(double length_ms, double period_ps) {
 
 FramerOptions framer_options(double length_ms, const Pattern& pattern, DriftMethod drift,
                              const std::vector<NumberPair>& walk) {
-  return {length_ms, tagger_period_ps(pattern), drift,
-          2 * syncs_of_frame(length_ms, pattern) + more_syncs, walk};
+  return {length_ms, tagger_period_ps(pattern),
+          drift,     2 * syncs_of_frame(length_ms, pattern) + more_syncs,
+          walk,      {}};
 }
 
 std::size_t most_photons(std::size_t ring_capacity, bool live) {

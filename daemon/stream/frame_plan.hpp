@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "estimator/sync/sync_clock.hpp"
 #include "protocol/options.hpp"
 #include "protocol/pattern.hpp"
+#include "protocol/scan_lines.hpp"
 
 namespace splid {
 
@@ -17,8 +19,9 @@ struct FramerOptions {
   double length_ms = 50;  // > 0
   double period_ps = 0;   // of the pattern, in the tagger's clock if it was calibrated; > 0
   DriftMethod drift = DriftMethod::regression;
-  std::size_t max_syncs = 1 << 16;    // how many one frame can hold
-  std::vector<NumberPair> walk = {};  // of the detector: see TimingWalk
+  std::size_t max_syncs = 1 << 16;     // how many one frame can hold
+  std::vector<NumberPair> walk = {};   // of the detector: see TimingWalk
+  std::optional<ScanLines> scan = {};  // absent: frames are cut by time
 };
 
 // The pattern periods in a frame: the whole number that comes nearest to length_ms, at least 1.

@@ -53,6 +53,7 @@ Framer::Framer(const FramerOptions& options, const ChannelMap& channels, FrameSi
       periods_per_frame(options.length_ms, options.period_ps) * options.period_ps;
   nominal_ps_ = to_ps(length_ps);
   max_gap_ps_ = std::max(second_ps, frames_without_tags * to_ps(length_ps));
+  if (options.scan) max_gap_ps_ = max_time_ps;  // a dwell may be dark for as long as it lasts
   // In a very short frame the last per cent may be shorter than 1 us. Then tags of the next frame
   // could come before the end of this frame is placed, so the allowed disorder is less too.
   disorder_ps_ = std::min(disorder_ps, to_ps(length_ps / 400));
@@ -307,6 +308,7 @@ void Framer::begin_frame(std::int64_t start_ps, Ends ends) {
   frame_ = spare_ != nullptr ? spare_ : &sink_.open();
   spare_ = nullptr;
   frame_->sequence = sequence_;
+  frame_->scan.reset();
   frame_->photons_ps.clear();
   frame_->syncs_ps.clear();
   frame_->markers.clear();
@@ -475,6 +477,43 @@ void Framer::finish() {
     frame_ = nullptr;
   }
   loss_from_ps_.reset();
+}
+
+void Framer::push_dwell(const ScanPlace& place, std::int64_t start_ps, std::int64_t end_ps,
+                        std::span<const Tag> tags, std::int64_t arrival_ns) {
+  arrival_ns_ = arrival_ns;
+  const bool follows = totals_.frames > 0 && dwell_end_ps_ == start_ps;
+  begin_frame(start_ps, follows ? Ends::start : Ends::neither);
+  frame_->scan = place;
+  last_ps_ = start_ps;
+  frame_->end_ps = limit_ps_ = dwell_end_ps_ = end_ps;
+  ends_ = Ends::both;
+  push_in_time(tags);
+  keep_last_photons();
+  close_frame();
+}
+
+void Framer::outside(const Tag& tag) {
+  switch (tag.kind) {
+    case TagKind::photon:
+    case TagKind::sync:
+    case TagKind::marker:
+      ++totals_.events;
+      ++(channels_.roles(tag) == 0 ? totals_.ignored : totals_.outside);
+      return;
+    case TagKind::loss_begin:
+      if (!loss_from_ps_) loss_from_ps_ = tag.time_ps;
+      return;
+    case TagKind::loss_end:
+      loss_from_ps_.reset();
+      return report(tag.value);
+    case TagKind::missed:
+      return report(tag.value);
+    case TagKind::clock_break:
+      return break_clock();
+    case TagKind::heartbeat:
+      return;
+  }
 }
 
 void Framer::end_loss(std::int64_t time_ps, std::int32_t count) {

@@ -22,7 +22,7 @@ namespace splid {
 // frame begins and ends, and where a lost tag is counted.
 
 // Where every tag went. Each event (photon, sync or marker) is counted once:
-//   events = photons + syncs + markers - shared + ignored + late + surplus
+//   events = photons + syncs + markers - shared + ignored + late + surplus + outside
 // The lost_tags of all frames together, plus unplaced, are late + surplus + reported.
 struct FramerTotals {
   std::uint64_t events = 0;
@@ -40,6 +40,9 @@ struct FramerTotals {
   std::uint64_t resets = 0;     // how often the tagger's clock was set anew
   std::uint64_t uncounted = 0;  // losses of an unknown number of tags
   std::uint64_t beyond = 0;     // of the late: in a run of times beyond the range
+  std::uint64_t outside = 0;    // of a scan: in no dwell
+  std::uint64_t lines = 0;      // of a scan, or frames from marker to marker
+  std::uint64_t cut_lines = 0;  // of a scan: begun without an end, their tags are outside
 };
 
 // Cuts the stream of tags into frames. It takes spans of tags in stream order, wherever the spans
@@ -83,6 +86,19 @@ class Framer {
   // each photon's input and its timing walk are subtracted first, which may put photons out of
   // order by as much.
   void push(std::span<const Tag> tags, std::int64_t arrival_ns);
+  // A frame of given bounds, whole, as ScanCutter makes them. tags: events and control tags in
+  // [start_ps, end_ps), sorted by time, as undelayed() gives them. The next call, or outside(), is
+  // of a later time; none of push() is in between.
+  void push_dwell(const ScanPlace& place, std::int64_t start_ps, std::int64_t end_ps,
+                  std::span<const Tag> tags, std::int64_t arrival_ns);
+  // A tag that is in no dwell. A loss that it begins, ends or tells of is kept for the next dwell.
+  void outside(const Tag& tag);
+  // The tag without the delay of its input and its timing walk. In the order of the stream.
+  Tag undelayed(const Tag& tag) { return corrects() ? corrected(tag) : tag; }
+  // A line has begun; or has not ended.
+  void count_line() { ++totals_.lines; }
+  void count_cut_line() { ++totals_.cut_lines; }
+
   // The stream is over: emits the last frame, if it holds or lost any tag, with the time that the
   // stream did not reach as a loss. Tags pushed afterwards begin a new stream.
   void finish();
@@ -174,6 +190,7 @@ class Framer {
   std::uint64_t surplus_photons_ = 0;            // of the open frame
 
   PixelRooms rooms_;
+  std::int64_t dwell_end_ps_ = 0;  // of the last dwell; valid once there was one
 
   FramerTotals totals_;
   std::uint64_t unplaced_uncounted_ = 0;  // uncounted losses while no frame is open

@@ -25,7 +25,8 @@ constexpr std::array counted_totals = {
     &FramerTotals::markers,  &FramerTotals::shared,    &FramerTotals::ignored,
     &FramerTotals::late,     &FramerTotals::surplus,   &FramerTotals::reported,
     &FramerTotals::unplaced, &FramerTotals::frames,    &FramerTotals::jumps,
-    &FramerTotals::resets,   &FramerTotals::uncounted, &FramerTotals::beyond};
+    &FramerTotals::resets,   &FramerTotals::uncounted, &FramerTotals::beyond,
+    &FramerTotals::outside,  &FramerTotals::lines,     &FramerTotals::cut_lines};
 static_assert(sizeof(FramerTotals) == counted_totals.size() * sizeof(std::uint64_t),
               "one is missing");
 
@@ -42,7 +43,9 @@ FramerTotals& operator+=(FramerTotals& sum, const FramerTotals& more) {
 
 FramerThread::FramerThread(const FramerOptions& options, const ChannelMap& channels,
                            const Clock& clock, TagRing& ring, FrameDealer& dealer)
-    : host_(clock), ring_(ring), dealer_(dealer), framer_(options, channels, dealer) {}
+    : host_(clock), ring_(ring), dealer_(dealer), framer_(options, channels, dealer) {
+  if (options.scan) cutter_.emplace(*options.scan, channels, ring.capacity(), framer_);
+}
 
 void FramerThread::run(const std::stop_token& stop, int patience_ms) {
   pthread_setname_np(pthread_self(), "framer");
@@ -66,6 +69,7 @@ void FramerThread::run(const std::stop_token& stop, int patience_ms) {
   change_tap();
   if (tap_ != nullptr) tap_->finish();
   taps_changed_.store(no_more_changes, std::memory_order_release);
+  if (cutter_) cutter_->finish();
   framer_.finish();
   show_totals();
   dealer_.close_lanes();
@@ -98,7 +102,11 @@ void FramerThread::take(std::span<const Tag> some) {
   const std::int64_t now_ns = host_.steady_ns();
   // The tap comes first, since the framer may wait for a slow taker of frames.
   if (tap_ != nullptr) tap_->take(some);
-  framer_.push(some, now_ns);
+  if (cutter_) {
+    cutter_->push(some, now_ns);
+  } else {
+    framer_.push(some, now_ns);
+  }
   last_arrival_ns_.store(now_ns, std::memory_order_relaxed);
   show_totals();
   if (framer_.diagnosis()) diagnosed_.store(true, std::memory_order_release);

@@ -12,6 +12,7 @@
 #include "daemon/stream/frame_dealer.hpp"
 #include "daemon/stream/framer.hpp"
 #include "daemon/stream/ring.hpp"
+#include "daemon/stream/scan_cutter.hpp"
 #include "daemon/stream/tag_tap.hpp"
 
 namespace splid {
@@ -65,7 +66,8 @@ class FramerThread {
   TagRing& ring_;
   FrameDealer& dealer_;
   Framer framer_;
-  bool begun_ = false;  // a first tag has come
+  std::optional<ScanCutter> cutter_;  // where the frames are a scan's dwells
+  bool begun_ = false;                // a first tag has come
   std::optional<std::int64_t> stop_seen_ns_;
   TagTap* tap_ = nullptr;                       // run() only
   std::uint64_t taps_taken_ = 0;                // run() only

@@ -45,6 +45,8 @@ SceneMaker::SceneMaker(const Config& config) : shared_(frame_context(config)) {
   for (const PixelOptions& pixel : config.pixels) {
     contexts_.push_back(shared_);
     contexts_.back().dead_time_ns = pixel.dead_time_ns.value_or(shared_.dead_time_ns);
+    contexts_.back().azimuth_deg = pixel.azimuth_deg;
+    contexts_.back().elevation_deg = pixel.elevation_deg;
     scene_.pixels.push_back({pixel.name, pixel.azimuth_deg, pixel.elevation_deg, {}});
   }
 }

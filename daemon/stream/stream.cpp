@@ -79,9 +79,16 @@ std::size_t ring_capacity(const PipelineOptions& options) {
 }  // namespace
 
 StreamOptions stream_options(const Config& config) {
-  return {config.pattern,  config.channels, config.frame,     config.drift,
-          config.pulse,    config.scene,    config.estimator, config.pipeline,
-          config.detector, config.pixels,   nullptr};
+  return {config.pattern,  config.channels, config.frame,  config.scan,
+          config.drift,    config.pulse,    config.scene,  config.estimator,
+          config.pipeline, config.detector, config.pixels, nullptr};
+}
+
+FramerOptions framer_options_of(const StreamOptions& options, const SourceInfo& source) {
+  FramerOptions made = framer_options(options.frame.length_ms, options.pattern,
+                                      options.drift.method, options.detector.walk);
+  made.scan = scan_lines(options.frame.by, options.scan, source.scan);
+  return made;
 }
 
 StreamOptions options_of_pixel(const StreamOptions& options, const PixelOptions& pixel) {
@@ -135,9 +142,8 @@ Stream::Stream(StreamOptions options, std::unique_ptr<TagSource> source, const C
       clock_(clock),
       ring_(ring_capacity(options_.pipeline)),
       dealer_(source_->info(), options_.estimator.effort, clock, lanes_),
-      framer_(framer_options(options_.frame.length_ms, options_.pattern, options_.drift.method,
-                             options_.detector.walk),
-              ChannelMap(options_.channels), clock, ring_, dealer_) {
+      framer_(framer_options_of(options_, source_->info()), ChannelMap(options_.channels), clock,
+              ring_, dealer_) {
   const double length_ms = options_.frame.length_ms;
   check_frame_fits(length_ms, options_.pattern, ring_.capacity());
   dealer_.choose(options_.wanted);

@@ -34,6 +34,7 @@ struct StreamOptions {
   Pattern pattern;
   ChannelOptions channels;
   FrameOptions frame;
+  ScanOptions scan;
   DriftOptions drift;
   PulseOptions pulse;
   SceneOptions scene;

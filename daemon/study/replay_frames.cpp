@@ -11,6 +11,7 @@
 #include "daemon/stream/encoder_feed.hpp"
 #include "daemon/stream/frame_message.hpp"
 #include "daemon/stream/open_source.hpp"
+#include "daemon/stream/scan_check.hpp"
 #include "daemon/stream/scene_message.hpp"
 #include "daemon/stream/stream.hpp"
 #include "daemon/stream/sync_diagnosis.hpp"
@@ -118,6 +119,7 @@ void measure_frames(const Config& config, std::unique_ptr<TagSource> source, con
   }
   if (const std::exception_ptr fault = stream.join()) std::rethrow_exception(fault);
   if (!to_the_end) return;
+  check_scan(stream.counters().framer);
   counts.syncs = stream.counters().framer.syncs;
   check_locked(counts, stream.diagnosis());
 }

@@ -66,6 +66,7 @@ SourceInfo ReplaySource::info() const {
     info.start_unix_s = *header.created_unix_s - static_cast<double>(header.origin_ps) * 1e-12;
   }
   info.syncs_are_counted = header.is_t3;
+  info.scan = scan_of(header);
   return info;
 }
 

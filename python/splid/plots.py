@@ -99,6 +99,44 @@ def run(table: Frames, truth: Optional[Truth] = None) -> Figure:
     return figure
 
 
+def scan(table: Frames) -> Figure:
+    """A scan: its photons a dwell and, where frames are valid, their distance and velocity.
+
+    table: of read_table(), with the dwells of a scan. Of several pictures the fullest is drawn. A
+    dwell without a value is left white.
+
+    Errors: ValueError for a table without the dwells of a scan.
+    """
+    dwells = table[table["scan_column"] >= 0]
+    if len(dwells) == 0 or np.max(dwells["scan_column"]) < 1:
+        raise ValueError("table: its frames are no dwells of a scan's lines")
+    pictures, counts = np.unique(dwells["scan_picture"], return_counts=True)
+    seen = dwells[dwells["scan_picture"] == pictures[np.argmax(counts)]]
+    shape = (np.max(seen["scan_line"]) + 1, np.max(seen["scan_column"]) + 1)
+    values = [("photons", "photons", np.ones(len(seen), bool))]
+    if np.any(seen["valid"]):
+        values += [("distance_m", "distance (m)", seen["valid"]),
+                   ("velocity_mps", "velocity (m/s)", seen["valid"])]
+    figure = Figure(figsize=(5 * len(values), 5), layout="constrained")
+    title = f"picture of {shape[0]} lines of {shape[1]} dwells"
+    figure.suptitle(title if len(pictures) == 1 else f"fullest of {len(pictures)}: {title}",
+                    fontsize="medium")
+    for k, (name, label, known) in enumerate(values):
+        picture = np.full(shape, np.nan)
+        picture[seen["scan_line"][known], seen["scan_column"][known]] = seen[name][known]
+        axes = figure.add_subplot(1, len(values), k + 1)
+        drawn = axes.imshow(picture, interpolation="nearest")
+        figure.colorbar(drawn, ax=axes, label=label, shrink=0.8)
+        axes.set_xlabel("column")
+        axes.set_ylabel("line")
+    return figure
+
+
+def _frames_figure(table: Frames) -> Figure:
+    is_scan = len(table) > 0 and np.max(table["scan_column"]) > 0
+    return scan(table) if is_scan else run(table)
+
+
 def recording(file: "Union[Recording, AnyPath]", period_ps: Optional[float] = None) -> Figure:
     """A recording as it is, without a configuration: the rate of every channel against time, and
     where it has syncs the photons of each input against the time since the last sync.
@@ -596,7 +634,7 @@ def _csv_figure(file: str) -> Figure:
     with open(file, newline="", encoding="utf-8") as text:
         names: list[str] = next(csv.reader(text), [])
     if "start_ps" in names:
-        return run(read_table(file))
+        return _frames_figure(read_table(file))
     if "compute_ms_p50" in names:
         return tradeoff(file)
     if "offset_ps" in names:
@@ -617,7 +655,7 @@ def of_file(file: AnyPath, config: Optional[AnyPath] = None) -> Figure:
     if path.endswith(".csv"):
         return _csv_figure(path)
     if path.endswith((".h5", ".hdf5")):
-        return run(read_table(path))
+        return _frames_figure(read_table(path))
     if path.endswith(".json"):
         pattern = Pattern(path)
         if pattern.pulse is not None:

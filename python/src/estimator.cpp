@@ -207,7 +207,7 @@ bool is_of_streams(const std::string& name) {
       "timestamp",  "sequence",   "uncounted_losses",     "effort",
       "compute_ms", "latency_ms", "reference_distance_m", "reference_velocity_mps",
       "pixel"};
-  return names.contains(name);
+  return names.contains(name) || name.starts_with("scan_");
 }
 
 template <class Message>

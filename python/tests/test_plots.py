@@ -111,6 +111,22 @@ def test_a_calibration_of_the_program(program, scene, tmp_path):
         assert np.array_equal(written[name], values)
 
 
+def test_a_scan_is_drawn_dwell_by_dwell():
+    table = splid.Frames.of_columns(np.zeros(7, splid.FRAME))
+    table["scan_line"] = [0, 0, 0, 1, 1, 1, 0]
+    table["scan_column"] = [0, 1, 2, 2, 1, 0, 0]
+    table["scan_picture"] = [0, 0, 0, 0, 0, 0, 1]
+    table["photons"] = [1, 2, 3, 4, 5, 6, 7]
+    photons, = plots.scan(table).axes[0].images
+    assert photons.get_array().tolist() == [[1, 2, 3], [6, 5, 4]]
+    table["valid"][4] = True
+    table["distance_m"] = 20
+    _, distance, _ = (axes.images[0] for axes in plots.scan(table).axes[::2])
+    assert np.isnan(distance.get_array().filled(np.nan)).tolist() == [[True] * 3, [True, False, True]]
+    with pytest.raises(ValueError, match="no dwells of a scan"):
+        plots.scan(table[:1])
+
+
 def test_a_run_from_the_command_line(program, scene, tmp_path):
     config = tmp_path / "scene.json"
     config.write_text(json.dumps({"schema": "splid.config", **scene}))

@@ -239,7 +239,7 @@ TEST_F(ConfigTest, TheDumpHoldsDefaultsAndReadsBackTheSame) {
   EXPECT_THAT(dump, StartsWith(R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simul)"));
   EXPECT_THAT(dump, HasSubstr(R"("channels":{"photon":[0,2],"delays_ps":[],"sync":"sync",)"
                               R"("encoder":"marker:1"})"));
-  EXPECT_THAT(dump, HasSubstr(R"("frame":{"length_ms":20,"min_seen_fraction":0.9})"));
+  EXPECT_THAT(dump, HasSubstr(R"("frame":{"length_ms":20,"by":"auto","min_seen_fraction":0.9})"));
   EXPECT_THAT(dump, HasSubstr(R"("publish":{"endpoint":"tcp://127.0.0.1:9872")"));
   const std::string again = folder_.write("again.json", dump);
   EXPECT_EQ(config_to_json(load_config(again)), dump);

@@ -58,6 +58,7 @@ FrameMessage typical() {
   message.seen_fraction = 1;
   message.sync = FrameMessage::Sync{13'227, 0, 1, 3'780'000.0125, 0.0033, 9.8};
   message.reference = FrameMessage::Reference{278.0621, -12.51};
+  message.scan = FrameMessage::Scan{1, 20, 3, -4.5, 0.5};
   message.effort = "balanced";
   message.compute_ms = 1.25;
   message.latency_ms = 2.5;
@@ -78,7 +79,8 @@ const char* const typical_json =
     R"("background_per_s":1870,"pulse_sigma_ps":3.5},"photons":9480,"lost_tags":0,"seen_fraction":1,)"
     R"("sync":{"count":13227,"missing":0,"spurious":1,"period_ps":3780000.0125,)"
     R"("drift_ppm":0.0033,"jitter_ps":9.8},"reference":{"distance_m":278.0621,)"
-    R"("velocity_mps":-12.51},"effort":"balanced","compute_ms":1.25,"latency_ms":2.5})";
+    R"("velocity_mps":-12.51},"scan":{"picture":1,"line":20,"column":3,"azimuth_deg":-4.5,)"
+    R"("elevation_deg":0.5},"effort":"balanced","compute_ms":1.25,"latency_ms":2.5})";
 
 const char* const minimal_json =
     R"({"schema":"splid.frame","v":[1,0],"timestamp":0,"sequence":0,"status":"not_run",)"

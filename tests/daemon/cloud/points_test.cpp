@@ -129,5 +129,41 @@ TEST(CloudPoints, WithoutDirectionsSayWhatToAdd) {
               AllOf(HasSubstr("there is no list of pixels"), HasSubstr("channels.photon")));
 }
 
+Config scan() {
+  Config config;
+  config.file = "lab.json";
+  config.frame.by = "line:1:2:64";
+  config.scan.azimuth_deg = {-10, 10};
+  return config;
+}
+
+FrameMessage dwell_at(std::optional<double> azimuth_deg, std::optional<double> elevation_deg) {
+  FrameMessage frame = frame_of("", FrameStatus::ok);
+  frame.scan = FrameMessage::Scan{0, 3, 5, azimuth_deg, elevation_deg};
+  return frame;
+}
+
+TEST(CloudPoints, EachDwellOfAScanHasItsDirection) {
+  cloud::Points points(scan());
+  const auto right = points_of(points, dwell_at(30, std::nullopt));
+  ASSERT_EQ(right.size(), 1U);
+  expect_at(right[0], 10 * std::sqrt(0.75), -5, 0);
+  expect_at(points_of(points, dwell_at(0, 60)).at(0), 5, 0, 10 * std::sqrt(0.75));
+  EXPECT_TRUE(points_of(points, dwell_at(std::nullopt, std::nullopt)).empty());
+  EXPECT_EQ(points.without_direction(), 1U);
+  EXPECT_EQ(points.frames(), 3U);
+}
+
+TEST(CloudPoints, AScanWithoutDirectionsIsRefused) {
+  Config config = scan();
+  config.scan.azimuth_deg = {};
+  const std::string needed = "lab.json: /scan: a cloud of a scan needs the directions";
+  EXPECT_THAT(test::error_text([&] { cloud::Points{config}; }), HasSubstr(needed));
+  Config told = two_pixels();  // only the recording tells that this is a scan
+  told.pixels.resize(1);
+  cloud::Points points(told);
+  EXPECT_THAT(test::error_text([&] { points_of(points, dwell_at(1, 1)); }), HasSubstr(needed));
+}
+
 }  // namespace
 }  // namespace splid

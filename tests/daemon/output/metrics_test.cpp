@@ -162,7 +162,8 @@ TEST_F(MetricsTest, TakeOverTheTotalsToTheLastTagAndNeverFall) {
                      .unplaced = 0,
                      .frames = 1,
                      .jumps = 9,
-                     .resets = 10};
+                     .resets = 10,
+                     .outside = 17};
   counters.dropped_tags = 1000;  // on its way down the stream
   counters.discarded_tags = 11;
   StatusMessage status;
@@ -181,6 +182,7 @@ TEST_F(MetricsTest, TakeOverTheTotalsToTheLastTagAndNeverFall) {
   EXPECT_EQ(text("splid_tags_total{channel=\"sync\"}"), 3);
   EXPECT_EQ(text("splid_tags_total{channel=\"encoder\"}"), 4);
   EXPECT_EQ(text("splid_tags_total{channel=\"ignored\"}"), 6);
+  EXPECT_EQ(text("splid_tags_total{channel=\"outside\"}"), 17);
   EXPECT_EQ(text("splid_tags_shared_total"), 5);
   EXPECT_EQ(text("splid_tags_lost_total{cause=\"late\"}"), 7);
   EXPECT_EQ(text("splid_tags_lost_total{cause=\"surplus\"}"), 8);

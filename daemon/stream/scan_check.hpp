@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "daemon/stream/framer.hpp"
+
+namespace splid {
+
+// What is wrong with the lines of a scan, in a sentence with what to do; empty where nothing is,
+// and where frames are cut by time. is_over: the stream is, which ends in the middle of a line.
+std::string scan_fault(const FramerTotals& totals, bool is_over);
+
+// At the end of a stream. Errors: Error(Fault::data) where a scan has made no frame; of lines
+// without an end the log has a warning.
+void check_scan(const FramerTotals& totals);
+
+}  // namespace splid
