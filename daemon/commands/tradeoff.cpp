@@ -28,6 +28,7 @@
 #include "daemon/commands/output_check.hpp"
 #include "daemon/recording/recording_facts.hpp"
 #include "daemon/service/stop_signals.hpp"
+#include "daemon/study/tradeoff/tradeoff_dwell.hpp"
 #include "daemon/study/tradeoff/tradeoff_pixel.hpp"
 #include "daemon/study/tradeoff/tradeoff_report.hpp"
 #include "daemon/study/tradeoff/tradeoff_table.hpp"
@@ -44,6 +45,7 @@ struct TradeoffCommand {
   std::size_t frames = 200;
   std::optional<std::int64_t> seed;
   std::optional<double> budget_ms;
+  std::optional<double> velocity_std_mps;
   bool paper = false;
   bool json = false;
   std::string shard;
@@ -250,6 +252,40 @@ Config one_pixel(Config config, std::string name) {
   return one;
 }
 
+// How much light comes back. Errors: Error(Fault::usage) where nothing tells it.
+tradeoff::DwellLight light_of(const Config& config, const tradeoff::FrameOrigin& origin) {
+  if (origin.truth) return tradeoff::light_of(*origin.truth);
+  throw Error(Fault::usage,
+              "--velocity-std: " + origin.name +
+                  " has no truth, FILE.truth.json, that tells how much light comes back; leave the "
+                  "recording out, and write the light that splid replay found into " +
+                  config.file + ": source.signal_per_pulse and ambient_per_s of the simulator");
+}
+
+// "12.3 ms", or that no dwell does.
+std::string dwell_in_words(const std::optional<double>& dwell_ms) {
+  return dwell_ms ? fmt::format("{:.3g} ms", *dwell_ms) : "more than 60 s";
+}
+
+// Says how long a scan's dwells have to be. Nothing is measured.
+int tell_dwell(const Config& config, const std::optional<ScanLines>& scan,
+               const tradeoff::FrameOrigin& origin, double std_mps) {
+  constexpr std::size_t pooled_pixels = 9;
+  const tradeoff::DwellLight light = light_of(config, origin);
+  const auto one = tradeoff::dwell_ms(config, light, std_mps, 1);
+  const auto pooled = tradeoff::dwell_ms(config, light, std_mps, pooled_pixels);
+  fmt::print(
+      "a velocity deviation of {:g} m/s takes dwells of {}, at {:.3g} detections a pulse and "
+      "{:.3g} a second of other light; {} where 3 x 3 pixels are pooled\n",
+      std_mps, dwell_in_words(one), light.signal_per_pulse, light.background_per_s,
+      dwell_in_words(pooled));
+  if (scan && scan->lines > 0 && one) {
+    fmt::print("a picture of {} x {} dwells takes {:.3g} s and the scanner's turns\n", scan->pixels,
+               scan->lines, *one * 1e-3 * static_cast<double>(scan->pixels * scan->lines));
+  }
+  return 0;
+}
+
 int run_tradeoff(TradeoffCommand options) {
   StopSignals signals;
   const batch::Shard shard =
@@ -262,10 +298,14 @@ int run_tradeoff(TradeoffCommand options) {
   outputs.add_input("the recording", options.recording);
   outputs.check("--csv", options.csv);
   outputs.check("--plot", options.plot);
+  const auto scan = scan_lines(config.frame.by, config.scan, std::nullopt);
   config = one_pixel(std::move(config), options.pixel);
   if (!options.recording.empty()) recording::warn_of_other_pattern(config, options.recording);
   tradeoff::FrameOrigin origin = tradeoff::find_origin(config, options.recording);
   if (origin.scene && options.seed) origin.scene->seed = *options.seed;
+  if (options.velocity_std_mps) {
+    return tell_dwell(config, scan, origin, *options.velocity_std_mps);
+  }
   log_info("frames of {}; {}", origin.name, tradeoff::title_of(config, origin));
   TradeoffRun run(options, config, origin);
   if (options.merge > 0) {
@@ -303,6 +343,11 @@ void add_options(CLI::App& command, TradeoffCommand& options) {
   command
       .add_option("--budget-ms", options.budget_ms,
                   "Recommend the most accurate setting within this time for a frame, ms")
+      ->check(number_above_zero());
+  command
+      .add_option("--velocity-std", options.velocity_std_mps,
+                  "Measure nothing: say which dwell of a scan gives the velocity this standard "
+                  "deviation, m/s")
       ->check(number_above_zero());
   command.add_flag("--paper", options.paper,
                    "Also measure the method of the paper, up to tens of times slower");

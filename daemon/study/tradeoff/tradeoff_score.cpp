@@ -41,13 +41,6 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-std::unique_ptr<PulseShape> pulse_shape(const Config& config) {
-  if (config.pulse.shape == Shape::tabulated && config.pattern.pulse) {
-    return make_tabulated(*config.pattern.pulse);
-  }
-  return make_gaussian(config.pulse.sigma_ps * ns_per_ps);
-}
-
 std::optional<TargetState> between_neighbours(std::span<const KeptFrame> frames,
                                               std::span<const FrameResult> results, std::size_t at,
                                               const Yardstick& unit) {
@@ -167,6 +160,13 @@ std::optional<Interval> interval_of(double Squares::*error, const Comparison& ow
 }
 
 }  // namespace
+
+std::unique_ptr<PulseShape> pulse_shape(const Config& config) {
+  if (config.pulse.shape == Shape::tabulated && config.pattern.pulse) {
+    return make_tabulated(*config.pattern.pulse);
+  }
+  return make_gaussian(config.pulse.sigma_ps * ns_per_ps);
+}
 
 FrameResult frame_result(const Estimate& estimate, double range_risk, double compute_ms) {
   const bool found =

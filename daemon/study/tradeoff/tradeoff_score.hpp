@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -13,6 +14,9 @@
 #include "protocol/truth.hpp"
 
 namespace splid::tradeoff {
+
+// The configured shape of a detected pulse.
+std::unique_ptr<PulseShape> pulse_shape(const Config& config);
 
 // The result of a setting for one frame.
 struct FrameResult {
