@@ -89,17 +89,11 @@ double step(FoldModel& model) {
 
 }  // namespace
 
-double fit_fold(FoldModel& model) {
+void fit_fold(FoldModel& model) {
   constexpr int most_steps = 8;
-  const std::vector<double> before_ps = model.times_ps;
   for (int n = 0; n < most_steps; ++n) {
-    if (step(model) < 1e-4 * model.width_ps()) break;
+    if (step(model) < 1e-4 * model.width_ps()) return;
   }
-  double furthest_ps = 0;
-  for (std::size_t p = 0; p < model.pulses(); ++p) {
-    furthest_ps = std::max(furthest_ps, std::abs(model.times_ps[p] - before_ps[p]));
-  }
-  return furthest_ps;
 }
 
 Eigen::MatrixXd fold_covariance(FoldModel& model) {

@@ -9,9 +9,9 @@ namespace splid::calibration {
 // The fit of a fold by its Poisson likelihood, with the pulses' shape given. Parameters 0 .. P-1
 // are the counts of the P pulses, P .. 2P-1 their times (ps), and 2P is the background (1/ps).
 
-// Brings the model to the maximum by Fisher scoring; counts and background stay above zero. Returns
-// how far the time that moved furthest went, in ps. Allocates a matrix of 2P + 1 rows.
-double fit_fold(FoldModel& model);
+// Brings the model to the maximum by Fisher scoring; counts and background stay above zero.
+// Allocates a matrix of 2P + 1 rows.
+void fit_fold(FoldModel& model);
 
 // The covariance of the parameters: the inverse of the expected Fisher information at the model's
 // values.
