@@ -33,24 +33,6 @@ double pairs_within(Times times_ps, std::int64_t apart_ps) {
   return static_cast<double>(pairs);
 }
 
-// What the counts of all inputs say.
-struct Counts {
-  double photons = 0;
-  double across = 0;  // twice the pairs of photons on two inputs
-};
-
-Counts count_all(std::span<const std::uint64_t> of_input) {
-  Counts all;
-  double squares = 0;
-  for (const std::uint64_t count : of_input) {
-    const auto c = static_cast<double>(count);
-    all.photons += c;
-    squares += c * c;
-  }
-  all.across = all.photons * all.photons - squares;
-  return all;
-}
-
 // The share of the light that a detection hides on average. hidden: the part of all light that
 // comes within a dead time of one detection.
 double blinded_share(std::span<const std::uint64_t> of_input, double photons, double hidden) {
@@ -102,10 +84,15 @@ std::span<const std::int64_t> DeadIntervals::in_order(std::span<const std::int64
 // the first photon hides the others however short the dead time is.
 void DeadIntervals::share_by_pairs(const FrameView& frame, std::span<const std::int64_t> times_ps) {
   share = even_share_;
-  const Counts all = count_all(frame.photons_of_input);
-  if (even_share_ == 1 || !(all.photons > 0)) return;
-  const double hidden = all.across > 0 ? pairs_within(times_ps, dead_time_ps_) / all.across : 0;
-  share = blinded_share(frame.photons_of_input, all.photons, hidden);
+  double photons = 0, across = 0;  // twice the pairs of photons on two inputs
+  for (const std::uint64_t count : frame.photons_of_input) {
+    const auto c = static_cast<double>(count);
+    across += 2 * photons * c;
+    photons += c;
+  }
+  if (even_share_ == 1 || !(photons > 0)) return;
+  const double hidden = across > 0 ? pairs_within(times_ps, dead_time_ps_) / across : 0;
+  share = blinded_share(frame.photons_of_input, photons, hidden);
 }
 
 bool DeadIntervals::find(const FrameView& frame, const PulseTrain& train) {
