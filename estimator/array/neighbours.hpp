@@ -22,7 +22,6 @@ class Neighbours {
   // The pixels up to so many rings around a pixel, the nearest first, the pixel itself before all
   // of them. ring: 0 to rings.
   [[nodiscard]] std::span<const std::size_t> around(std::size_t pixel, std::size_t ring) const;
-  [[nodiscard]] std::size_t rings() const { return rings_; }
   [[nodiscard]] std::size_t pixels() const { return ends_.size() / (rings_ + 1); }
 
  private:
