@@ -84,9 +84,10 @@ std::optional<Target> TargetSelection::find_next(const FoldedFrame& rest, Effort
 // the frame too.
 DelayTrack TargetSelection::likeliest_lobe(const FoldedFrame& rest, const Maximum& found) {
   constexpr std::size_t most_tried = 3;
+  constexpr double near_widths = 7;
   const DelayTrack line = found.track();
   const RangeOdds& seen = members_[0].search.peaks.odds;
-  if (seen.gain_near(line, pair_widths * shape_.width_ns(), {}) > found.gain_nats) return line;
+  if (seen.gain_near(line, near_widths * shape_.width_ns(), {}) > found.gain_nats) return line;
   lines_.clear();
   for (std::size_t k = 0; k < all_.model.count; ++k) {
     lines_.push_back(all_.model.targets[k].track);

@@ -19,7 +19,7 @@ Maximum TargetSelection::best_split(bool is_early) {
   refine();
   Maximum best;
   for (std::size_t k = 0; k < all_.model.count; ++k) {
-    const auto pair = pair_about(k, {all_.model.targets[k].track, 0});
+    const auto pair = pair_about(k);
     if (!pair) continue;
     Model with = all_.model;
     with.targets[k] = pair->front();
@@ -51,39 +51,10 @@ bool TargetSelection::is_plain_pair(const Maximum& pair) const {
           parting_widths(a.track, b.track) >= crossing_widths);
 }
 
-// Of targets and a new one, these or a pair in place of one of them and the new one, as the photons
-// are spread: two may first look like one in their middle, and what that leaves over like another
-// beside it, or at a side lobe.
-Model TargetSelection::likelier_start(const Model& with) {
-  Model best = with;
-  double most_nats = -std::numeric_limits<double>::infinity();
-  const std::size_t last = with.count - 1;
-  std::array<std::optional<std::array<Target, 2>>, most_targets> pairs;
-  for (std::size_t k = 0; k < last; ++k) {
-    const Target &one = with.targets[k], &other = with.targets[last];
-    const bool is_beside = apart_widths(one.track, other.track) <= pair_widths;
-    if (is_beside || may_be_side_lobe(other, one)) {
-      pairs[k] = pair_about(k, is_beside ? other : Target{one.track, 0});
-    }
-  }
-  for (std::size_t k = 0; k < last; ++k) {
-    if (!pairs[k]) continue;
-    if (std::isinf(most_nats)) most_nats = maximizer_.judge(with, {}).gain_nats;
-    Model pair = with;
-    pair.targets[k] = pairs[k]->front(), pair.targets[last] = pairs[k]->back();
-    const double nats = maximizer_.judge(pair, {}).gain_nats;
-    if (nats <= most_nats) continue;
-    most_nats = nats;
-    best = pair;
-  }
-  return best;
-}
-
-// Two of equal signals in place of a target and the last one. Two at +-(d + t s) about their middle
+// Two of equal signals in place of a target. Two at +-(d + t s) about their middle
 // spread the offsets o of photons, beyond the pulse's width and the background, to the moments
 //   <o o> = d d + t t / 12,   <o o s> = d t / 6,   <o o s s> - <o o> / 12 = t t / 180.
-std::optional<std::array<Target, 2>> TargetSelection::pair_about(std::size_t target,
-                                                                 const Target& last) {
+std::optional<std::array<Target, 2>> TargetSelection::pair_about(std::size_t target) {
   constexpr double reach_widths = 7, settled_widths = 0.25, least_widths = 0.6;
   constexpr int most_rounds = 4;
   const Model& known = all_.model;
@@ -93,13 +64,10 @@ std::optional<std::array<Target, 2>> TargetSelection::pair_about(std::size_t tar
   if (!likelihood.serves(known)) likelihood.collect(known, NearSet::gathered_from);
   const NearSet& near = likelihood.near().near(target);
   const Target& one = known.targets[target];
-  const double S = one.signal_per_pulse + last.signal_per_pulse;
-  const double share = last.signal_per_pulse / S;
+  const double S = one.signal_per_pulse;
   const double dark =
       known.background_per_ns * likelihood.exposure().seen_ns * train_.pulses_per_ns * 2 * reach_ns;
   DelayTrack middle = one.track;
-  middle.delay_ns += share * apart_ns(last.track, one.track);
-  middle.walk_ns += share * (last.track.walk_ns - one.track.walk_ns);
   double square = 0, cross = 0, bow = 0;
   for (int round = 0; round < most_rounds; ++round) {
     const DelayTrack from = near.track;

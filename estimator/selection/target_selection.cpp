@@ -109,7 +109,7 @@ bool TargetSelection::add_together(const Target& next) {
   const double added = next.signal_per_pulse * exposure.amplitude / exposure.seen_ns;
   with.add(next);
   with.background_per_ns -= std::min(added, with.background_per_ns / 2);
-  return accept(maximize(all_.model.count > 1 ? likelier_start(with) : with, greedy_nats));
+  return accept(maximize(with, greedy_nats));
 }
 
 bool TargetSelection::accept(const Maximum& together) {

@@ -80,8 +80,6 @@ class TargetSelection {
   static constexpr double crossing_widths = 4;
   // Two as close as this may be one wide pulse in their middle.
   static constexpr double one_pulse_widths = 6;
-  // Closer than this, a new target and another may be two beside their middle.
-  static constexpr double pair_widths = 7;
   // What is left to gain where a maximum is only compared.
   static constexpr double greedy_nats = 3e-2;
 
@@ -103,9 +101,7 @@ class TargetSelection {
   [[nodiscard]] likelihood::Maximum best_split(bool is_early);
   [[nodiscard]] bool is_plain_pair(const likelihood::Maximum& pair) const;
   bool accept(const likelihood::Maximum& together);
-  [[nodiscard]] likelihood::Model likelier_start(const likelihood::Model& with);
-  [[nodiscard]] std::optional<std::array<likelihood::Target, 2>> pair_about(
-      std::size_t target, const likelihood::Target& last);
+  [[nodiscard]] std::optional<std::array<likelihood::Target, 2>> pair_about(std::size_t target);
   [[nodiscard]] likelihood::Maximum maximize(const likelihood::Model& start, double enough_nats);
   [[nodiscard]] std::size_t detected() const;
   void judge_targets();
