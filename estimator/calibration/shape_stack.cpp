@@ -17,7 +17,6 @@ constexpr double reach_before_widths = 8;
 constexpr double reach_after_widths = 200;  // of a tail: 20 ns for a pulse of 100 ps
 constexpr std::size_t longest_run = 64;
 constexpr int sharpening_rounds = 15;
-constexpr double deviations_that_agree = 2;
 
 std::size_t bin_of(const FoldModel& model, const Window& window, std::size_t i) {
   return model.fold().wrapped(window.first + static_cast<std::ptrdiff_t>(i));
@@ -143,34 +142,6 @@ void sharpen(FoldModel& model) {
   model.set_table(table);
 }
 
-// Replaces each value by the mean over as many neighbours to either side as agree with the value.
-void smooth(TabulatedPulse& table, const std::vector<double>& deviations) {
-  const std::vector<double> density = table.density;
-  const std::size_t size = density.size();
-  for (std::size_t j = 0; j < size; ++j) {
-    double sum = density[j];
-    double variance = deviations[j] * deviations[j];
-    std::size_t reach = 0;
-    while (j > reach && j + reach + 1 < size) {
-      const std::size_t next = reach + 1;
-      const double pair = (density[j - next] + density[j + next]) / 2;
-      const double pair_variance = (deviations[j - next] * deviations[j - next] +
-                                    deviations[j + next] * deviations[j + next]) /
-                                   4;
-      const auto count = static_cast<double>(2 * reach + 1);
-      const double spread = std::sqrt(variance / (count * count) + pair_variance);
-      const double differ = std::max(std::abs(density[j - next] - sum / count),
-                                     std::abs(density[j + next] - sum / count));
-      if (differ > deviations_that_agree * std::sqrt(2.0) * spread) break;
-      sum += 2 * pair;
-      variance += 4 * pair_variance;
-      reach = next;
-    }
-    table.density[j] = sum / static_cast<double>(2 * reach + 1);
-  }
-  normalise(table);
-}
-
 }  // namespace
 
 StackedPhotons stack_photons(FoldModel& model) {
@@ -200,9 +171,6 @@ StackedPhotons stack_photons(FoldModel& model) {
 
 void improve_shape(FoldModel& model) {
   for (int round = 0; round < sharpening_rounds; ++round) sharpen(model);
-  TabulatedPulse table = model.table();
-  smooth(table, std_density(model));
-  model.set_table(table);
 }
 
 void stack_shape(FoldModel& model) {

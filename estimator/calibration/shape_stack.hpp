@@ -32,8 +32,7 @@ void stack_shape(FoldModel& model);
 
 // Brings the model's table, whose ends stay, to the table whose spline has the largest likelihood,
 // by expectation maximisation; a plain histogram, read as a spline, would be wider than the pulse
-// by its own steps. Where photons are few, as in a tail, a value becomes the mean over as many
-// neighbours as agree with it within noise.
+// by its own steps.
 void improve_shape(FoldModel& model);
 
 // The point of the model's shape that is taken as the pulse's time: the mean of t weighted with
