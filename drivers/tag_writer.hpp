@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -45,14 +46,22 @@ class TagWriter {
   std::size_t used_ = 0;
 };
 
+// Writes tags and hands them on.
+inline void put_tags(std::span<const Tag> tags, TagSink& sink) {
+  TagWriter out(sink);
+  for (const Tag& tag : tags) {
+    if (!out.put(tag)) return;
+  }
+  out.publish();
+}
+
 // Writes a loss of unknown count at time_ps, where the stream was, and a clock_break: later times
 // do not follow earlier ones.
 inline void put_clock_end(std::int64_t time_ps, TagSink& sink) {
-  TagWriter out(sink);
-  out.put({time_ps, 0, TagKind::loss_begin, {}});
-  out.put({time_ps, -1, TagKind::loss_end, {}});
-  out.put({time_ps, 0, TagKind::clock_break, {}});
-  out.publish();
+  const std::array<Tag, 3> tags{{{time_ps, 0, TagKind::loss_begin, {}},
+                                 {time_ps, -1, TagKind::loss_end, {}},
+                                 {time_ps, 0, TagKind::clock_break, {}}}};
+  put_tags(tags, sink);
 }
 
 }  // namespace splid

@@ -51,6 +51,8 @@ std::int64_t to_ps(Duration duration) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(duration).count() * 1000;
 }
 
+void put_tag(const Tag& tag, TagSink& sink) { put_tags({&tag, 1}, sink); }
+
 void send(Device& device, const std::vector<std::byte>& command, milliseconds timeout) {
   device.write(command_endpoint, command, timeout);
 }
@@ -188,7 +190,7 @@ std::string Tdc2Instrument::tend(Device& device, TagSink& sink) {
 void Tdc2Instrument::beat(TagSink& sink) {
   const auto passed = Clock::now() - heard_ - beat_margin;
   if (!decoder_.reached_ps() || passed <= passed.zero()) return;
-  put(heartbeat_tag(*decoder_.reached_ps() + to_ps(passed)), sink);
+  put_tag(heartbeat_tag(*decoder_.reached_ps() + to_ps(passed)), sink);
 }
 
 std::string Tdc2Instrument::poll_status(Device& device, TagSink& sink) {
@@ -221,7 +223,7 @@ std::string Tdc2Instrument::count_unreadable(const Device& device, TagSink& sink
         device.name() + ": its status word (0xffffffff) cannot be read any more; it is opened anew",
         0);
   }
-  if (decoder_.reached_ps()) put(Tag{*decoder_.reached_ps(), -1, TagKind::missed, {}}, sink);
+  if (decoder_.reached_ps()) put_tag(Tag{*decoder_.reached_ps(), -1, TagKind::missed, {}}, sink);
   if (unreadable_ % unreadable_again != unreadable_said) return {};
   return "its status word (0xffffffff) cannot be read: whether it loses tags is not known; switch "
          "it off and on again";
@@ -247,7 +249,7 @@ void Tdc2Instrument::decode(std::span<const std::byte> bytes, TagSink& sink) {
     const std::size_t most = ends_loss ? Tdc2Decoder::record_bytes : bytes.size();
     const auto done = decoder_.decode(bytes.first(most), decoded_);
     bytes = bytes.subspan(done.bytes);
-    put(std::span(decoded_).first(done.tags), sink);
+    put_tags(std::span(decoded_).first(done.tags), sink);
     if (ends_loss && done.tags > 0) {
       end_loss(sink);
       ends_loss = false;
@@ -257,7 +259,7 @@ void Tdc2Instrument::decode(std::span<const std::byte> bytes, TagSink& sink) {
   // A transfer begins with a whole record, so that a part of a record at its end is lost.
   if (!bytes.empty() && decoder_.reached_ps()) {
     ++cut_records_;
-    put(Tag{*decoder_.reached_ps(), 1, TagKind::missed, {}}, sink);
+    put_tag(Tag{*decoder_.reached_ps(), 1, TagKind::missed, {}}, sink);
   }
 }
 
@@ -270,23 +272,13 @@ void Tdc2Instrument::end(TagSink& sink) {
 void Tdc2Instrument::begin_loss(TagSink& sink) {
   if (loss_open_ || !decoder_.reached_ps()) return;
   loss_open_ = true;
-  put(Tag{*decoder_.reached_ps(), 0, TagKind::loss_begin, {}}, sink);
+  put_tag(Tag{*decoder_.reached_ps(), 0, TagKind::loss_begin, {}}, sink);
 }
 
 void Tdc2Instrument::end_loss(TagSink& sink) {
   if (!loss_open_) return;
   loss_open_ = loss_seen_by_status_ = false;
-  put(Tag{*decoder_.reached_ps(), -1, TagKind::loss_end, {}}, sink);
-}
-
-void Tdc2Instrument::put(const Tag& tag, TagSink& sink) { put(std::span(&tag, 1), sink); }
-
-void Tdc2Instrument::put(std::span<const Tag> tags, TagSink& sink) {
-  TagWriter out(sink);
-  for (const Tag& tag : tags) {
-    if (!out.put(tag)) return;
-  }
-  out.publish();
+  put_tag(Tag{*decoder_.reached_ps(), -1, TagKind::loss_end, {}}, sink);
 }
 
 }  // namespace splid::usb

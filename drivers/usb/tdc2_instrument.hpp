@@ -65,8 +65,6 @@ class Tdc2Instrument final : public Instrument {
   void beat(TagSink& sink);
   void begin_loss(TagSink& sink);
   void end_loss(TagSink& sink);
-  void put(const Tag& tag, TagSink& sink);
-  void put(std::span<const Tag> tags, TagSink& sink);
 
   Tdc2Settings settings_;
   Tdc2Decoder decoder_;
