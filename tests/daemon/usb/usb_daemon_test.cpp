@@ -1,29 +1,23 @@
+#include "tests/support/usb_daemon.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
 #include <cerrno>
-#include <chrono>
-#include <csignal>
 #include <functional>
-#include <memory>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "daemon/sockets/subscriber.hpp"
 #include "protocol/frame_json.hpp"
 #include "protocol/pattern_json.hpp"
-#include "protocol/status_json.hpp"
 #include "tests/support/fault_record.hpp"
-#include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/scene_records.hpp"
 #include "tests/support/stream_firmware.hpp"
 #include "tests/support/tags16_sender.hpp"
-#include "tests/support/temp_folder.hpp"
 #include "tests/support/usb_double.hpp"
-#include "tests/support/yardstick.hpp"
 
 // The built program, unmodified and in a process of its own, from an emulated USB device in to
 // ZeroMQ out. How soon it says what happened is asserted beside the machine's slowness, and how
@@ -32,92 +26,15 @@
 namespace splid {
 namespace {
 
-using namespace std::chrono_literals;
-using std::chrono::steady_clock;
 using ::testing::HasSubstr;
 
-constexpr std::int64_t frame_ps = 50'000'000'000;
-
-constexpr const char* pattern_file = SPLID_SOURCE_DIR "/config/patterns/interleaved-180-189.json";
-
-simulator::Options scene_options() {
-  simulator::Options options;
-  options.target.motion = simulator::MotionKind::linear;  // at rest
-  options.target.distance_m = 284.5;
-  return options;
-}
-
-class UsbDaemon : public ::testing::Test {
+class UsbDaemon : public ::testing::Test, protected test::UsbDaemonRun {
  protected:
   UsbDaemon() {
-    setenv("LD_PRELOAD", "libumockdev-preload.so.0", 1);
-    // The preloaded library comes before a sanitizer's, which that does not like but bears.
-    setenv("ASAN_OPTIONS", "verify_asan_link_order=0:detect_leaks=0", 1);
-    daemon = std::make_unique<test::Program>(
-        std::vector<std::string>{"run", "--config", write_config()});
-    unsetenv("LD_PRELOAD");
-    unsetenv("ASAN_OPTIONS");
+    start(R"("source":{"driver":"tags16-usb","usb_id":"1209:5a1d","transfers":8,)"
+          R"("transfer_kib":64},"channels":{"photon":[1],"sync":"8"})");
   }
-
-  ~UsbDaemon() override {
-    daemon->signal(SIGTERM);
-    const test::ProgramResult result = daemon->wait();
-    EXPECT_EQ(result.exit_code, 0) << result.err;
-  }
-
-  [[nodiscard]] std::string write_config() const {
-    return folder.write("config.json",
-                        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"tags16-usb",)"
-                        R"("usb_id":"1209:5a1d","transfers":8,"transfer_kib":64},)"
-                        R"("channels":{"photon":[1],"sync":"8"},"estimator":{"effort":"fast"},)"
-                        R"("pattern":{"file":")" +
-                            std::string(pattern_file) + R"("},"publish":{"endpoint":"ipc://)" +
-                            folder.path("socket") + R"("}})");
-  }
-
-  // The first message of that topic from now on that is meant.
-  std::optional<std::string> await(const std::string& topic,
-                                   const std::function<bool(const std::string&)>& meant) {
-    const auto began = steady_clock::now();
-    while (steady_clock::now() - began < test::patience) {
-      const auto message = subscriber.receive(100ms);
-      if (message && message->topic == topic_status) statuses += message->json;
-      if (message && message->topic == topic && meant(message->json)) {
-        waited = std::chrono::duration<double, std::milli>(steady_clock::now() - began);
-        return message->json;
-      }
-    }
-    ADD_FAILURE() << "no such " << topic << "; the program said: " << daemon->err();
-    return std::nullopt;
-  }
-
-  bool await_status(const std::string& state, const std::string& reason) {
-    const bool came = await(topic_status, [&](const std::string& json) {
-                        return json.find("\"device\":\"" + state + '"') != std::string::npos &&
-                               json.find(reason) != std::string::npos;
-                      }).has_value();
-    said_ms = waited.count();
-    return came;
-  }
-
-  // A frame that measures the target, of that time or later.
-  std::optional<FrameMessage> await_frame(std::int64_t start_ps = 0) {
-    std::optional<FrameMessage> frame;
-    await(topic_frame, [&](const std::string& json) {
-      frame = frame_from_json(json);
-      return frame->status == FrameStatus::ok && frame->start_ps >= start_ps;
-    });
-    if (frame && frame->distance_m) {
-      EXPECT_NEAR(*frame->distance_m, 284.5, 0.5);
-    }
-    return frame;
-  }
-
-  // Everything that was published before is passed over.
-  void forget() {
-    while (subscriber.receive(0ms)) {
-    }
-  }
+  ~UsbDaemon() override { stop(); }
 
   void plug_in_and_measure() {
     device.plug();
@@ -125,17 +42,10 @@ class UsbDaemon : public ::testing::Test {
     forget();
   }
 
-  test::TempFolder folder;
-  test::Yardstick yardstick;
   test::Tags16Sender sender{test::SceneRecords(
       pattern_from_json(test::file_text(pattern_file), pattern_file), scene_options())};
   test::StreamFirmware firmware{[this](std::span<std::byte> room) { return sender(room); }};
   test::UsbDouble device{{{0x1209, 0x5a1d}, "A-7"}, firmware};
-  sockets::Subscriber subscriber{"ipc://" + folder.path("socket"), {topic_frame, topic_status}};
-  std::unique_ptr<test::Program> daemon;
-  std::chrono::duration<double, std::milli> waited{0};
-  double said_ms = -1;
-  std::string statuses;  // all that were heard
 };
 
 TEST_F(UsbDaemon, WaitsForTheDeviceAndMeasuresOnceItIsThere) {
