@@ -32,12 +32,12 @@ std::vector<std::string> shipped() {
 }
 
 TEST(ShippedConfig, ThereIsOneForEachUse) {
-  EXPECT_THAT(shipped(),
-              ::testing::ElementsAre("ambiguous.json", "array.json", "baseline.json", "demo.json",
-                                     "dim.json", "encoder.json", "idq.json", "interleaved.json",
-                                     "m8190a-mrr.json", "m8195a-swabian.json", "mrr.json",
-                                     "picoquant.json", "random.json", "replay.json",
-                                     "swabian-bridge.json", "tags16-usb.json", "tdc2.json"));
+  EXPECT_THAT(shipped(), ::testing::ElementsAre(
+                             "ambiguous.json", "array.json", "baseline.json", "brighteyes-ttm.json",
+                             "demo.json", "dim.json", "encoder.json", "idq.json",
+                             "interleaved.json", "m8190a-mrr.json", "m8195a-swabian.json",
+                             "mrr.json", "picoquant.json", "random.json", "replay.json",
+                             "swabian-bridge.json", "tags16-usb.json", "tdc2.json"));
 }
 
 TEST(ShippedConfig, AllLoad) {
