@@ -92,12 +92,6 @@ void without_background(benchmark::State& state) {
 }
 BENCHMARK(without_background)->Unit(benchmark::kMillisecond);
 
-// A dead time of half a nanosecond moves no value by 0.05 deviations, so that it is left out.
-void dead_time_left_out(benchmark::State& state) {
-  estimate(state, experiment(false), {}, {}, {.dead_time_ns = 0.5 * double(state.range(0))});
-}
-BENCHMARK(dead_time_left_out)->ArgName("known")->DenseRange(0, 1)->Unit(benchmark::kMillisecond);
-
 // What it costs to model a dead time: frames of a detector that is blind for 50 ns.
 void dead_time_modelled(benchmark::State& state) {
   test::FrameMaker made = experiment(false);
