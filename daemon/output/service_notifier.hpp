@@ -9,9 +9,9 @@
 namespace splid {
 
 // Tells the service manager how the daemon does, by systemd's protocol (sd_notify(3)): READY=1 once
-// the first frame is out, or the status tells that the daemon waits for its instrument or what keeps
-// it from measuring; STATUS= with the words of the status message, WATCHDOG=1 while something comes
-// of its work, STOPPING=1. Does nothing where nobody listens (NOTIFY_SOCKET is not set).
+// the first frame is out, or the status tells that the daemon waits for its instrument or what
+// keeps it from measuring; STATUS= with the words of the status message, WATCHDOG=1 while something
+// comes of its work, STOPPING=1. Does nothing where nobody listens (NOTIFY_SOCKET is not set).
 //
 // Threads: one thread calls tick(); reloading() and reloaded() may be called from another. Errors:
 // none.

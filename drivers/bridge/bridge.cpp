@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "drivers/usb/bridged_devices.hpp"
 #include "protocol/shown_text.hpp"
 
 namespace splid {
@@ -25,6 +26,10 @@ constexpr milliseconds slice{20};
 constexpr std::size_t buffer_bytes = 1 << 18;
 
 const bool bridge_registered = register_source("bridge", std::make_unique<BridgeOptions>);
+
+// Swabian's instruments have a module of Opal Kelly's, whose number others have too.
+const bool swabian_registered = usb::register_bridged_devices(
+    {{{0x151f, 0}, "Opal Kelly module (Swabian Time Tagger)", "swabian_bridge.py"}});
 
 void sleep(milliseconds time, TagSink& sink, const std::stop_token& stop) {
   const auto until = steady_clock::now() + time;

@@ -5,12 +5,21 @@
 
 #include "drivers/picoquant/source.hpp"
 #include "drivers/repeated_option.hpp"
+#include "drivers/usb/bridged_devices.hpp"
 
 namespace splid::picoquant {
 namespace {
 
 constexpr std::array<const char*, 2> edge_names = {"falling", "rising"};
 constexpr std::array<const char*, 2> reference_names = {"internal", "external_10_mhz"};
+// Of the udev rules that come with the libraries. A TimeHarp 260 is a card.
+constexpr const char* bridge_command = "splid bridge picoquant";
+const bool picoquant_registered =
+    usb::register_bridged_devices({{{0x0e0d, 0x0003}, "PicoHarp 300", bridge_command},
+                                   {{0x0e0d, 0x0004}, "HydraHarp 400", bridge_command},
+                                   {{0x0e0d, 0x0009}, "HydraHarp 400", bridge_command},
+                                   {{0x0e0d, 0x0013}, "MultiHarp", bridge_command}});
+
 constexpr std::int64_t most_inputs = 64;
 constexpr std::int64_t most_markers = 4;
 constexpr std::int64_t most_level_mv = 1200;

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "drivers/source.hpp"
+#include "drivers/usb/bridged_devices.hpp"
 
 namespace splid::usb {
 namespace {
@@ -26,9 +27,15 @@ std::vector<KnownDevice> known_devices(bool all) {
   const DeviceList list(context);
   std::vector<KnownDevice> devices;
   for (libusb_device* plugged_in : list.devices()) {
-    KnownDevice device{info_of(plugged_in), "", false};
+    KnownDevice device;
+    device.info = info_of(plugged_in);
     device.driver = driver_of(device.info.id);
-    if (device.driver.empty() && !all) continue;
+    const BridgedDevice* bridged = bridged_device(device.info.id);
+    if (device.driver.empty() && bridged != nullptr) {
+      device.bridge = bridged->bridge;
+      device.instrument = bridged->instrument;
+    }
+    if (device.driver.empty() && device.bridge.empty() && !all) continue;
     device.may_open = ::access(device.info.node().c_str(), R_OK | W_OK) == 0;
     devices.push_back(std::move(device));
   }

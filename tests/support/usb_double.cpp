@@ -140,13 +140,13 @@ struct Urb {
 class UsbDouble::Bus {
  public:
   // beside: whose bus it shares; null: it has one of its own.
-  Bus(UsbDoubleOptions options, UsbFirmware& firmware, const Bus* beside)
+  Bus(UsbDoubleOptions options, UsbFirmware& firmware, const Bus* beside, int port)
       : options_(std::move(options)),
         firmware_(firmware),
         testbed_(beside == nullptr ? umockdev_testbed_new()
                                    : UMOCKDEV_TESTBED(g_object_ref(beside->testbed_.get()))),
-        device_path_(beside == nullptr ? "/devices/usb1/1-1" : "/devices/usb1/1-2"),
-        first_number_(beside == nullptr ? 2 : 64),
+        device_path_("/devices/usb1/1-" + std::to_string(port)),
+        first_number_(2 + (port - 1) * numbers),
         number_(first_number_ - 1) {
     if (beside == nullptr) add_root_hub();
     ticker_ = std::jthread([this](const std::stop_token& stop) {
@@ -227,7 +227,7 @@ class UsbDouble::Bus {
     add(std::string("P: ") + root_hub_path +
         "\nN: bus/usb/001/001\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nE: BUSNUM=001\n"
         "E: DEVNUM=001\nE: DEVNAME=/dev/bus/usb/001/001\nA: busnum=1\\n\nA: devnum=1\\n\n"
-        "A: speed=480\\n\nA: bConfigurationValue=1\\n\nA: maxchild=4\\n\nH: descriptors=" +
+        "A: speed=480\\n\nA: bConfigurationValue=1\\n\nA: maxchild=6\\n\nH: descriptors=" +
         hex(descriptors({{0x1d6b, 0x0002}, "", {0x81}})) + "\n");
   }
 
@@ -380,7 +380,7 @@ class UsbDouble::Bus {
   std::unique_ptr<UMockdevIoctlBase, Unref> handler_;
   std::string node_;
   std::string device_path_;
-  static constexpr int numbers = 62;  // the kernel counts to 127, and two may share the bus
+  static constexpr int numbers = 20;  // the kernel counts to 127, and six may share the bus
   int first_number_;
   int number_;  // of the device on the bus; the root hub has 1
   int setting_ = 0;
@@ -394,10 +394,11 @@ class UsbDouble::Bus {
 };
 
 UsbDouble::UsbDouble(UsbDoubleOptions options, UsbFirmware& firmware)
-    : bus_(std::make_unique<Bus>(std::move(options), firmware, nullptr)) {}
+    : bus_(std::make_unique<Bus>(std::move(options), firmware, nullptr, 1)) {}
 
-UsbDouble::UsbDouble(UsbDoubleOptions options, UsbFirmware& firmware, const UsbDouble& beside)
-    : bus_(std::make_unique<Bus>(std::move(options), firmware, beside.bus_.get())) {}
+UsbDouble::UsbDouble(UsbDoubleOptions options, UsbFirmware& firmware, const UsbDouble& beside,
+                     int port)
+    : bus_(std::make_unique<Bus>(std::move(options), firmware, beside.bus_.get(), port)) {}
 
 UsbDouble::~UsbDouble() = default;
 

@@ -51,8 +51,8 @@ class UsbDouble {
  public:
   // firmware: outlives this. Not plugged in yet.
   UsbDouble(UsbDoubleOptions options, UsbFirmware& firmware);
-  // A second one on the same bus, at port 1-2. beside: outlives this.
-  UsbDouble(UsbDoubleOptions options, UsbFirmware& firmware, const UsbDouble& beside);
+  // Another one on the same bus, at port 2 to 6, where the first is at 1. beside: outlives this.
+  UsbDouble(UsbDoubleOptions options, UsbFirmware& firmware, const UsbDouble& beside, int port = 2);
   ~UsbDouble();
   UsbDouble(const UsbDouble&) = delete;
   UsbDouble& operator=(const UsbDouble&) = delete;

@@ -109,6 +109,17 @@ TEST_F(IdqBridgingProgram, WhatAKilledBridgeLeftIsTakenOver) {
   EXPECT_THAT(instrument.log(), HasSubstr("list\nstop --id 127.0.0.1:5556\n"));
 }
 
+TEST_F(IdqBridgingProgram, ItIsTriedThroughItsSocket) {
+  const auto bridge = bridging.start_bridge();
+  ASSERT_TRUE(test::eventually([&] { return bridging.instrument.plays() > 0; }));
+  const ProgramResult result =
+      test::run_program({"devices", "--try", "unix:" + bridging.socket(), "--seconds", "0.5"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::ContainsRegex("input 1 +[0-9]+ /s\n"));
+  EXPECT_THAT(result.out, testing::ContainsRegex("input 4 +[0-9]+ /s   one each 10000.000 ns\n"));
+  EXPECT_THAT(result.out, HasSubstr("\"sync\": \"4\""));
+}
+
 TEST_F(IdqBridgingProgram, AConfigurationThatIsNoneIsAUsageError) {
   const auto error_of = [&](const std::string& text) {
     const ProgramResult result =

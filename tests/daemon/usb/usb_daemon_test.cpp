@@ -256,11 +256,13 @@ TEST_F(UsbDaemon, DevicesListsIt) {
   setenv("LD_PRELOAD", "libumockdev-preload.so.0", 1);
   setenv("ASAN_OPTIONS", "verify_asan_link_order=0:detect_leaks=0", 1);
   const test::ProgramResult all = test::run_program({"devices", "--all"});
-  const test::ProgramResult known = test::run_program({"devices"});
+  const test::ProgramResult known =
+      test::run_program({"devices", "--config", folder.path("none.json")});
   unsetenv("LD_PRELOAD");
   unsetenv("ASAN_OPTIONS");
   EXPECT_EQ(all.exit_code, 0) << all.err;
-  EXPECT_THAT(all.out, HasSubstr("001:002 1209:5a1d  480 Mbit/s    -       A-7"));
+  EXPECT_THAT(all.out,
+              HasSubstr("001:002  -                       1209:5a1d, serial A-7, 480 Mbit/s"));
   EXPECT_EQ(known.exit_code, 0) << known.err;
   EXPECT_EQ(known.out, "");
   EXPECT_THAT(known.err, HasSubstr("no known USB instrument is plugged in"));

@@ -1,0 +1,78 @@
+#include "daemon/commands/tag_census.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace splid {
+namespace {
+
+using ::testing::ElementsAre;
+
+std::vector<Tag> every(std::int64_t period_ps, int input, int count) {
+  std::vector<Tag> tags;
+  for (int i = 0; i < count; ++i) tags.push_back(photon_tag(i * period_ps, input));
+  return tags;
+}
+
+TEST(TagCensus, NothingHasNoChannelsAndNoSync) {
+  const TagCensus census;
+  EXPECT_TRUE(census.channels().empty());
+  EXPECT_EQ(census.sync(), "");
+  EXPECT_TRUE(census.photons().empty());
+}
+
+TEST(TagCensus, TheRegularInputOfTheLongestPeriodIsTheSync) {
+  TagCensus census;
+  census.count(every(1'000'000, 2, 1000));
+  census.count(every(10'000'000, 4, 100));
+  std::vector<Tag> irregular;
+  for (std::int64_t i = 0; i < 200; ++i) irregular.push_back(photon_tag(i * i * 1000, 1));
+  census.count(irregular);
+  EXPECT_EQ(census.sync(), "4");
+  EXPECT_THAT(census.photons(), ElementsAre("1", "2"));
+  EXPECT_EQ(census.channels().at("4").period_ps, 10'000'000);
+  EXPECT_EQ(census.channels().at("2").tags, 1000U);
+  EXPECT_FALSE(census.channels().at("1").period_ps);
+}
+
+TEST(TagCensus, TooFewTagsAreNotRegular) {
+  TagCensus census;
+  census.count(every(1'000'000, 2, 99));
+  EXPECT_EQ(census.sync(), "");
+}
+
+// One gap of ten may be another: a sync is missing here and there.
+TEST(TagCensus, AMissingSyncLeavesItsPeriod) {
+  std::vector<Tag> tags = every(1'000'000, 3, 1000);
+  for (std::size_t i = 50; i < 900; i += 40) tags.erase(tags.begin() + static_cast<long>(i));
+  TagCensus census;
+  census.count(tags);
+  EXPECT_EQ(census.channels().at("3").period_ps, 1'000'000);
+}
+
+TEST(TagCensus, AnInstrumentsOwnSyncsAreTheSync) {
+  TagCensus census;
+  census.count(every(1'000'000, 2, 1000));
+  census.count(std::vector<Tag>{sync_tag(5), marker_tag(7, 2)});
+  EXPECT_EQ(census.sync(), "sync");
+  EXPECT_THAT(census.photons(), ElementsAre("2"));
+  EXPECT_EQ(census.channels().at("marker:2").tags, 1U);
+}
+
+TEST(TagCensus, LossesCount) {
+  TagCensus census;
+  census.count(std::vector<Tag>{{5, 0, TagKind::loss_begin, {}},
+                                {9, 70, TagKind::loss_end, {}},
+                                {20, 0, TagKind::loss_begin, {}},
+                                {30, -1, TagKind::loss_end, {}},
+                                {40, 3, TagKind::missed, {}},
+                                heartbeat_tag(50)});
+  EXPECT_EQ(census.losses(), 3U);
+  EXPECT_EQ(census.lost_tags(), 73U);
+  EXPECT_TRUE(census.channels().empty());
+}
+
+}  // namespace
+}  // namespace splid
