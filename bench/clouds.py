@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""The cloud of a simulated array: its picture, and the errors of its points.
+"""Clouds of a simulated scan and of a simulated array: their pictures, and the errors of their points.
 
   python3 bench/clouds.py --output docs/guide | scripts/evidence clouds
 
-Simulates an array of 10 x 6 pixels, makes its cloud with `splid cloud`, and draws range and radial velocity as
-array.png into the folder. Prints the points, and what they are off by from the simulated truth. A point more than 0.3 m off, 20 pulse widths, is a wrong peak."""
+Simulates a scan of 64 x 64 dwells of 5 ms and an array of 10 x 6 pixels, makes a cloud of each with `splid cloud`, and
+draws range and radial velocity as scan.png and array.png into the folder. Prints a row for each: the points, and what
+they are off by from the simulated truth. A point more than 0.3 m off, 20 pulse widths, is a wrong peak."""
 
 import argparse
 import json
@@ -39,6 +40,18 @@ def config_of(columns, rows, pitch_deg):
                        "array": {"columns": columns, "rows": rows, "pitch_deg": pitch_deg, **SURFACES}},
             "pattern": {"file": str(ROOT / "config/patterns/interleaved-180-189.json")},
             "scene": {"max_speed_mps": 20}}
+
+
+def scan():
+    columns = rows = 64
+    pitch_deg, dwell_ms, return_ms = 0.5, 5, 2
+    config = config_of(columns, rows, pitch_deg)
+    config["source"]["scanner"] = {"dwell_ms": dwell_ms, "return_ms": return_ms, "both_ways": True}
+    edge_deg = pitch_deg * (columns - 1) / 2
+    config["frame"] = {"by": f"line:1:2:{columns}", "length_ms": dwell_ms}
+    config["scan"] = {"picture": "marker:4", "lines": rows, "both_ways": True, "azimuth_deg": [-edge_deg, edge_deg],
+                      "elevation_deg": [edge_deg, -edge_deg]}
+    return config, rows * (columns * dwell_ms + return_ms) * 1e-3
 
 
 def array():
@@ -130,7 +143,7 @@ def main():
     folder = parser.parse_args().output
     print("| cloud | points of pixels | wrong peaks | distance: RMSE, mm | published, mm | within 1, % | "
           "velocity: RMSE, cm/s | published, cm/s | within 1, % |\n" + "|---" * 9 + "|")
-    for name, made, dwell in (("array", array, "a frame of 50 ms"),):
+    for name, made, dwell in (("scan", scan, "one after another, 5 ms each"), ("array", array, "a frame of 50 ms")):
         config, seconds = made()
         with tempfile.TemporaryDirectory() as scratch:
             files = {kind: pathlib.Path(scratch) / f"{name}.{kind}" for kind in ("json", "ptu", "truth.json", "pcd")}
