@@ -12,6 +12,7 @@ COLUMNS, ROWS = 10, 6
 AZIMUTHS = np.linspace(-63, 63, COLUMNS)  # degrees, to the right
 ELEVATIONS = np.linspace(25, -25, ROWS)
 FIRST_MIDDLE_S = 0.025  # of the first frame
+SCENE_BEGINS_S = 1_767_225_600  # UTC of a simulated recording's start
 
 SENSOR_VELOCITY = np.array([8.0, -1.5, 0.4])  # m/s: ahead, to the left, up
 TURN = np.array([0.05, -0.1, 0.3])  # rad/s
@@ -133,3 +134,73 @@ def test_walls_give_velocity_and_turn_with_their_normals(program, tmp_path):
     # An oblique wall slides along under a pixel, of which v + d v_s knows nothing.
     velocity, covariance = ego_velocity(cloud)
     assert squared_pull(velocity, SENSOR_VELOCITY, covariance) > 1000
+
+
+SCAN_COLUMNS, SCAN_ROWS, SCAN_PITCH_DEG, DWELL_S = 8, 6, 4.0, 0.005
+LINE_S = SCAN_COLUMNS * DWELL_S
+PICTURE_S = SCAN_ROWS * LINE_S
+
+
+def scan_of_room(start_ms, seconds, program, folder):
+    """The cloud of a scan there and back, without a return: its points, the errors of each over its
+    deviations by the simulated truth, and what the program said."""
+    side_deg, top_deg = (SCAN_PITCH_DEG * (n - 1) / 2 for n in (SCAN_COLUMNS, SCAN_ROWS))
+    config = {
+        "schema": "splid.config", "v": [1, 0],
+        "source": {"driver": "simulator", "pace": "max",
+                   "scanner": {"dwell_ms": 1e3 * DWELL_S, "both_ways": True, "start_ms": start_ms},
+                   "array": {"columns": SCAN_COLUMNS, "rows": SCAN_ROWS,
+                             "pitch_deg": SCAN_PITCH_DEG,
+                             "room": {**ROOM, "signal_per_pulse": 0.02}}},
+        "pattern": {"file": str(ROOT / "config" / "patterns" / "interleaved-180-189.json")},
+        "scene": {"max_speed_mps": 20},
+        "frame": {"by": f"line:1:2:{SCAN_COLUMNS}", "length_ms": 1e3 * DWELL_S},
+        "scan": {"picture": "marker:4", "lines": SCAN_ROWS, "both_ways": True,
+                 "azimuth_deg": [-side_deg, side_deg], "elevation_deg": [top_deg, -top_deg]}}
+    (folder / "scan.json").write_text(json.dumps(config))
+    for arguments in (("simulate", "--seconds", seconds, "--output", folder / "scan.ptu"),
+                      ("cloud", folder / "scan.ptu", "--output", folder / "scan.pcd")):
+        done = program.run(*arguments, "--config", folder / "scan.json")
+        assert done.returncode == 0, done.stderr
+    cloud = read_pcd(folder / "scan.pcd")
+    distances = np.linalg.norm(places(cloud), axis=1)
+    column = (side_deg - np.degrees(np.arctan2(cloud["y"], cloud["x"]))) / SCAN_PITCH_DEG
+    row = (top_deg - np.degrees(np.arcsin(cloud["z"] / distances))) / SCAN_PITCH_DEG
+    assert np.abs(column - np.rint(column)).max() < 1e-3 > np.abs(row - np.rint(row)).max()
+    pixels = (np.rint(row) * SCAN_COLUMNS + np.rint(column)).astype(int)
+    seconds = cloud["time"] - SCENE_BEGINS_S
+    truth = json.loads((folder / "scan.truth.json").read_text())
+    sampled = 1e-12 * truth["step_ps"] * np.arange(len(truth["distance_m"]))
+    pulls = [[(value - np.interp(second, sampled, truth["pixels"][pixel][name])) / std
+              for value, second, pixel, std in zip(values, seconds, pixels, cloud[deviation])]
+             for name, values, deviation in (
+                 ("distance_m", distances, "std_distance"),
+                 ("velocity_mps", cloud["radial_velocity"], "std_radial_velocity"))]
+    return pixels, seconds, np.array(pulls), done.stderr
+
+
+def picture_order():
+    """The pixels of a picture in the order of time."""
+    grid = np.arange(SCAN_ROWS * SCAN_COLUMNS).reshape(SCAN_ROWS, SCAN_COLUMNS)
+    grid[1::2] = grid[1::2, ::-1]
+    return grid.reshape(-1)
+
+
+def test_each_dwell_of_a_scan_is_a_point_where_the_scanner_looked(program, tmp_path):
+    pixels, seconds, pulls, said = scan_of_room(10, 0.01 + 2 * PICTURE_S + 5e-3, program, tmp_path)
+    # Two pictures, and the begin of a third, whose line has no end.
+    assert pixels.tolist() == 2 * picture_order().tolist()
+    assert seconds == pytest.approx(0.01 + DWELL_S * (0.5 + np.arange(len(pixels))), abs=1e-5)
+    assert f"{len(pixels)} points of {len(pixels)} frames" in said
+    assert (pulls**2).mean(axis=1) == pytest.approx([1, 1], abs=4 * np.sqrt(2 / len(pixels)))
+
+
+def test_a_picture_that_begins_before_the_recording_moves_no_other(program, tmp_path):
+    # The recording begins in the middle of line 2.
+    start_s = -2.5 * LINE_S
+    pixels, seconds, pulls, said = scan_of_room(1e3 * start_s, start_s + 2 * PICTURE_S + 1e-3,
+                                                program, tmp_path)
+    whole = seconds > start_s + PICTURE_S
+    assert pixels[whole].tolist() == picture_order().tolist()
+    assert np.abs(pulls[:, whole]).max() < 6
+    assert f"{9 * SCAN_COLUMNS} frames" in said  # lines 3, 4 and 5, and then all six
