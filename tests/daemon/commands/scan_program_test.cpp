@@ -11,6 +11,7 @@
 #include "protocol/frame_json.hpp"
 #include "protocol/ptu_encode.hpp"
 #include "protocol/ptu_header.hpp"
+#include "tests/support/json_frames.hpp"
 #include "tests/support/light_scene.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/python_program.hpp"
@@ -28,13 +29,6 @@ using test::run_program;
 using ::testing::HasSubstr;
 
 constexpr std::int64_t ms = 1'000'000'000;
-
-std::vector<FrameMessage> frames_in(const std::string& lines) {
-  std::vector<FrameMessage> frames;
-  std::istringstream in(lines);
-  for (std::string line; std::getline(in, line);) frames.push_back(frame_from_json(line));
-  return frames;
-}
 
 // Three lines of four dwells of 20 ms, from marker 1 to marker 2, and a fourth without an end; a
 // tick on marker 8 every 4 ms.
@@ -91,7 +85,7 @@ TEST_F(ScanProgram, ARecordingTellsItsLinesAndEachDwellHasItsDirection) {
   const auto result = run_program({"replay", file, "--config", scan, "--no-publish", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("outside the scan's dwells"));
-  const auto frames = frames_in(result.out);
+  const auto frames = test::frames_in(result.out);
   ASSERT_EQ(frames.size(), 12U);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const FrameMessage& frame = frames[i];
@@ -109,8 +103,8 @@ TEST_F(ScanProgram, ARecordingTellsItsLinesAndEachDwellHasItsDirection) {
     EXPECT_NEAR(*frame.velocity_mps, 2, 6 * *frame.std_velocity_mps) << i;
   }
   const auto by_time = config("time.json", R"(,"frame":{"by":"time"})");
-  const auto timed =
-      frames_in(run_program({"replay", file, "--config", by_time, "--no-publish", "--json"}).out);
+  const auto timed = test::frames_in(
+      run_program({"replay", file, "--config", by_time, "--no-publish", "--json"}).out);
   ASSERT_FALSE(timed.empty());
   EXPECT_FALSE(timed[0].scan) << "the configuration goes before the recording";
 }
@@ -124,8 +118,8 @@ TEST_F(ScanProgram, AnglesOfTheScannerMakeACloud) {
       config("scan.json", R"(,"frame":{"by":"line:1:2:4","length_ms":20},"scan":{"angles":")" +
                               folder.write("angles.csv", angles) + "\"}");
   const std::string file = recording(std::nullopt);
-  const auto lines =
-      frames_in(run_program({"replay", file, "--config", scan, "--no-publish", "--json"}).out);
+  const auto lines = test::frames_in(
+      run_program({"replay", file, "--config", scan, "--no-publish", "--json"}).out);
   ASSERT_EQ(lines.size(), 12U);
   EXPECT_NEAR(*lines[0].scan->azimuth_deg, 1.25, 1e-9) << "at 20 ms, tick 4";
   EXPECT_NEAR(*lines[5].scan->elevation_deg, -0.125 * 130 / 4, 1e-9) << "between two ticks";

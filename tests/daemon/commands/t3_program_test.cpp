@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "protocol/frame_json.hpp"
+#include "tests/support/json_frames.hpp"
 #include "tests/support/light_scene.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/read_back.hpp"
@@ -23,13 +24,6 @@ using test::T3Recording;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-std::vector<FrameMessage> frames_in(const std::string& lines) {
-  std::vector<FrameMessage> frames;
-  std::istringstream in(lines);
-  for (std::string line; std::getline(in, line);) frames.push_back(frame_from_json(line));
-  return frames;
-}
 
 class T3Program : public ::testing::Test {
  protected:
@@ -52,13 +46,13 @@ TEST_F(T3Program, ItsFramesAreThoseOfT2ButForWhatT3DoesNotTell) {
   T3Recording made;
   made.records = as_t3(test::read_back(t2), 128);
   const std::string t3 = folder.write("t3.ptu", made.bytes());
-  const auto timed =
-      frames_in(run_program({"replay", t2, "--config", config, "--no-publish", "--json"}).out);
+  const auto timed = test::frames_in(
+      run_program({"replay", t2, "--config", config, "--no-publish", "--json"}).out);
   const auto result = run_program({"replay", t3, "--config", config, "--no-publish", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, AllOf(HasSubstr("steps of 128 ps, which are coarser than pulses of 100"),
                                 Not(HasSubstr("divided")), Not(HasSubstr("fits a record"))));
-  const auto counted = frames_in(result.out);
+  const auto counted = test::frames_in(result.out);
   ASSERT_EQ(counted.size(), timed.size());
   for (std::size_t i = 1; i + 1 < counted.size(); ++i) {
     EXPECT_EQ(counted[i].status, FrameStatus::ok) << i;
