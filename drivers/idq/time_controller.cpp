@@ -105,14 +105,22 @@ void TimeController::set_input(const InputOptions& input, const Idle& idle) {
   const std::string delay = block("DELA", input.input);
   const std::string combiner = block("TSCO", input.input + 4);
   const std::string raw = block("RAW", input.input);
-  for (const std::string& text :
-       {in + ":COUP DC", in + (input.edge == Edge::rising ? ":EDGE RISING" : ":EDGE FALLING"),
-        in + ":THRE " + volts(input.level_mv), in + ":SELE UNSHAPED", in + ":ENAB ON",
-        delay + ":LINK " + in, delay + ":VALU " + std::to_string(input.delay_ps),
-        combiner + ":FIR:LINK " + delay, combiner + ":OPIN ONLYFIR", combiner + ":OPOU ONLYFIR",
-        combiner + ":WIND:ENAB OFF", raw + ":STOP:LINK " + combiner, raw + ":REF:LINK NONE"}) {
-    command(text, idle);
-  }
+  const auto set = [&](std::string text, const std::string& value) {
+    command(text += value, idle);
+  };
+  set(in, ":COUP DC");
+  set(in, input.edge == Edge::rising ? ":EDGE RISING" : ":EDGE FALLING");
+  set(in + ":THRE ", volts(input.level_mv));
+  set(in, ":SELE UNSHAPED");
+  set(in, ":ENAB ON");
+  set(delay + ":LINK ", in);
+  set(delay + ":VALU ", std::to_string(input.delay_ps));
+  set(combiner + ":FIR:LINK ", delay);
+  set(combiner, ":OPIN ONLYFIR");
+  set(combiner, ":OPOU ONLYFIR");
+  set(combiner, ":WIND:ENAB OFF");
+  set(raw + ":STOP:LINK ", combiner);
+  set(raw, ":REF:LINK NONE");
 }
 
 void TimeController::set_acquisition(const Idle& idle) {

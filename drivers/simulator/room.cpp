@@ -64,7 +64,6 @@ RoomSight::RoomSight(const RoomOptions& options, const Vector& direction)
               {{0, 0, 1}, options.up_m},
               {{0, 0, -1}, options.down_m}}},
       velocity_mps_(vector_of(options.velocity_mps)),
-      axis_{},
       direction_(direction) {
   const Vector turn = vector_of(options.turn_deg_per_s);
   const double deg_per_s = std::sqrt(dot(turn, turn));

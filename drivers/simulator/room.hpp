@@ -52,7 +52,7 @@ class RoomSight {
 
   std::array<Wall, 6> walls_;
   Vector velocity_mps_;
-  Vector axis_;  // of the turn, of length 1; 0 without a turn
+  Vector axis_{};  // of the turn, of length 1; 0 without a turn
   double turns_per_s_;
   Vector direction_;
 };

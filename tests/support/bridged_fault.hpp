@@ -11,6 +11,8 @@
 
 namespace splid::test {
 
+constexpr double m_per_ps = 299'792'458e-12 / 2;  // of the distance, as light goes there and back
+
 // What goes wrong with an instrument, or in its maker's library, while frames come.
 template <class Instrument>
 struct BridgedFault {

@@ -31,8 +31,6 @@ using test::ProgramResult;
 using test::WatchedDaemon;
 using testing::HasSubstr;
 
-constexpr double m_per_ps = 299'792'458e-12 / 2;
-
 class BridgingFamily : public ::testing::TestWithParam<int> {};
 
 TEST_P(BridgingFamily, ItsRecordsBecomeFrames) {
@@ -42,7 +40,7 @@ TEST_P(BridgingFamily, ItsRecordsBecomeFrames) {
   WatchedDaemon daemon(bridging.write_scene_config(), "tcp://127.0.0.1:*");
   ASSERT_TRUE(daemon.await_good_frame()) << bridge->err();
   const double period_ps = bridging.instrument.scene_period_ps();
-  EXPECT_NEAR(daemon.last_frame->distance_m.value_or(0), period_ps / 4 * m_per_ps, 0.1);
+  EXPECT_NEAR(daemon.last_frame->distance_m.value_or(0), period_ps / 4 * test::m_per_ps, 0.1);
   EXPECT_NEAR(daemon.last_frame->sync->period_ps.value_or(0), period_ps, 1e-3);
   EXPECT_EQ(daemon.last_frame->lost_tags, 0U);
   EXPECT_EQ(daemon.stop().exit_code, 0);
@@ -153,7 +151,7 @@ class PicoQuantInstrumentFault : public ::testing::TestWithParam<PicoQuantFault>
 
 TEST_P(PicoQuantInstrumentFault, IsToldAndGoodFramesComeAgain) {
   bridging.instrument.give_scene();
-  const double distance_m = bridging.instrument.scene_period_ps() / 4 * m_per_ps;
+  const double distance_m = bridging.instrument.scene_period_ps() / 4 * test::m_per_ps;
   test::expect_told_and_mended(bridging, GetParam(), distance_m, [this] {
     bridging.instrument.control().hangs = 0;
     return bridging.start_bridge(R"(,"serial":"1045678")");

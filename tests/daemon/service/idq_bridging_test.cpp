@@ -34,8 +34,7 @@ using test::TimeControllerScene;
 using test::WatchedDaemon;
 using testing::HasSubstr;
 
-constexpr double m_per_ps = 299'792'458e-12 / 2;
-constexpr double scene_distance_m = TimeControllerScene::period_ps / 4.0 * m_per_ps;
+constexpr double scene_distance_m = TimeControllerScene::period_ps / 4.0 * test::m_per_ps;
 
 class IdqBridgingProgram : public ::testing::Test {
  protected:
