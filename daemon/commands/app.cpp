@@ -253,6 +253,7 @@ int parse_and_run(int argc, char** argv) {
   add_tradeoff(app, action);
   add_devices(app, action);
   add_bridge(app, action);
+  add_forward(app, action);
   add_upload(app, action);
   add_keys(app, action);
   add_ctl(app, action);

@@ -46,6 +46,7 @@ void add_plot(CLI::App& app, Action& action);
 void add_tradeoff(CLI::App& app, Action& action);
 void add_devices(CLI::App& app, Action& action);
 void add_bridge(CLI::App& app, Action& action);
+void add_forward(CLI::App& app, Action& action);
 void add_upload(CLI::App& app, Action& action);
 void add_keys(CLI::App& app, Action& action);
 void add_ctl(CLI::App& app, Action& action);

@@ -41,6 +41,9 @@ completes listen st // status
 completes listen fol // fold
 completes view --ht // --http
 completes dem // demo
+completes forw // forward
+completes forward --cr // --credentials
+completes forward --topics sc // scene
 completes plo // plot
 completes plot --ou // --output
 completes demo --ht // --http

@@ -18,7 +18,7 @@ for file in share/man/man1/splid.1.gz share/bash-completion/completions/splid sh
   [ -e "$local/$file" ] || fail "$file is not installed"
 done
 [ -f "$scratch/etc/splid/splid.json" ] || fail "the service's configuration is not installed"
-for unit in splid.service splid-view.service splid-bridge@.service; do
+for unit in splid.service splid-view.service splid-bridge@.service splid-forward@.service; do
   grep -q '^ExecStart=/usr/local/bin/splid ' "$local/lib/systemd/system/$unit" || fail "$unit starts another program"
   ! grep -E '/usr/(bin/splid|share)' "$local/lib/systemd/system/$unit" || fail "$unit names another place"
 done
