@@ -13,7 +13,7 @@ bool Join::add(std::size_t input, std::string_view message) {
   constexpr std::uint64_t disorder_ps = 1'000'000;  // as a stream of tags may have
   if (message.size() % sizeof(Times::value_type) != 0) return false;
   Times times(message.size() / sizeof(Times::value_type));
-  std::memcpy(times.data(), message.data(), message.size());
+  if (!times.empty()) std::memcpy(times.data(), message.data(), message.size());
   std::uint64_t latest_ps = 0;
   for (const std::uint64_t time_ps : times) {
     if (time_ps > static_cast<std::uint64_t>(longest_ps_)) return false;

@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-ScanDirections read(const test::TempFolder& folder, const std::string& text) {
+ScanDirections directions_in(const test::TempFolder& folder, const std::string& text) {
   ScanOptions options;
   options.angles = folder.write("angles.csv", text);
   return ScanDirections(options);
@@ -42,7 +42,8 @@ TEST(ScanDirections, AScaleIsFromTheFirstToTheLast) {
 
 TEST(ScanDirections, AnglesAreReadByTheTicks) {
   const test::TempFolder folder;
-  const auto directions = read(folder, "azimuth_deg,elevation_deg\n358, -1\n2,1\r\n\n10,1\n");
+  const auto directions =
+      directions_in(folder, "azimuth_deg,elevation_deg\n358, -1\n2,1\r\n\n10,1\n");
   EXPECT_DOUBLE_EQ(*at_tick(directions, 0).azimuth_deg, 358);
   EXPECT_DOUBLE_EQ(*at_tick(directions, 0.5).azimuth_deg, 360) << "the shorter way round";
   EXPECT_DOUBLE_EQ(*at_tick(directions, 0.5).elevation_deg, 0);
@@ -55,7 +56,7 @@ TEST(ScanDirections, AnglesAreReadByTheTicks) {
 TEST(ScanDirections, AFileThatHasNoAnglesIsRefused) {
   const test::TempFolder folder;
   const auto error = [&](const std::string& text) {
-    return test::error_text([&] { (void)read(folder, text); });
+    return test::error_text([&] { (void)directions_in(folder, text); });
   };
   EXPECT_THAT(error(""), HasSubstr("has no angles"));
   EXPECT_THAT(error("1,2\n"), HasSubstr("line 1: 1,2 is not the first line azimuth_deg"));
