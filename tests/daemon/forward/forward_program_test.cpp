@@ -395,7 +395,10 @@ TEST(Forward, AWrongClockAtOneSensorMovesNoFrameOfAnHourAgo) {
   for (Sensor* sensor : {&right, &wrong}) sensor->publish(50);
   (void)await_frame(broker, "right", 49);
   (void)await_frame(broker, "wrong", 49);
-  const std::int64_t between_ns = unix_ns();
+  // A whole second: libnats 3.4 writes fractions below a tenth without their zeros.
+  constexpr std::int64_t second_ns = 1'000'000'000;
+  const std::int64_t between_ns = (unix_ns() / second_ns + 1) * second_ns;
+  std::this_thread::sleep_for(std::chrono::nanoseconds{between_ns - unix_ns()});
   for (Sensor* sensor : {&right, &wrong}) sensor->publish(50);
   const std::vector<std::uint64_t> all = first_numbers(100);
   const std::vector<std::uint64_t> later(all.begin() + 50, all.end());
@@ -404,8 +407,7 @@ TEST(Forward, AWrongClockAtOneSensorMovesNoFrameOfAnHourAgo) {
     EXPECT_EQ(await_frame(broker, device, 99), all);
     const std::string subject = std::string("splid.") + device + ".frame";
     EXPECT_EQ(sequences(test::stored_in(broker, subject, unix_ns() - an_hour_ns)), all);
-    EXPECT_TRUE(test::eventually(
-        [&] { return sequences(test::stored_in(broker, subject, between_ns)) == later; }));
+    EXPECT_EQ(sequences(test::stored_in(broker, subject, between_ns)), later);
   }
   tell("the clock of one of two sensors is a year late; a subscriber asks for an hour ago", 200);
 }
