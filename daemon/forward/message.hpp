@@ -15,7 +15,7 @@ struct Message {
   double timestamp_s = 0;
 };
 
-// What forward says of itself.
+// Topics of the messages that forward itself makes.
 inline constexpr const char* topic_gap = "gap";
 inline constexpr const char* topic_forward = "forward";
 

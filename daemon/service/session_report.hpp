@@ -7,7 +7,7 @@
 
 namespace splid {
 
-// What a run says of itself, for people. Threads: any.
+// Sentences about a run, for people. Threads: any.
 
 // "frame 12, ok, 284.5000 m, -1.250 m/s".
 std::string in_words(const FrameMessage& message);

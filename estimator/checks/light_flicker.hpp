@@ -11,8 +11,8 @@ namespace splid {
 // of what the light rises by, and the light is low by (1 - e) of its relative variance; of pulses
 // with the light h, e = h / (exp(h) - 1), of steady light 1 less the blind fraction.
 //
-// The light surely varies where the detections in 128 parts of the frame, of whole pattern periods,
-// vary by more than chance does in one frame of a million, with e of their number as the variance.
+// The light varies where the detections in 128 parts of the frame, of whole pattern periods, vary
+// by more than chance does in one frame of a million, with e of their number as the variance.
 // Whether it is the target's or the background's, the counts do not say: either may be low. What it
 // may be low by goes into its deviation, where it is more than half of that.
 //

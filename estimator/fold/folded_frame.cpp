@@ -147,7 +147,7 @@ void FoldedFrame::take_every(std::size_t step, const FoldedFrame& all) {
 }
 
 // Design note: every photon is written, and the next one overwrites those that are left out. No
-// branch hangs on which these are, which takes a third of the time.
+// branch depends on which these are, which takes a third of the time.
 void FoldedFrame::take_some(std::span<const std::uint8_t> stays, const FoldedFrame& all) {
   begin_like(all, *this);
   for (auto* values : {&phase_ns, &time_ns}) values->resize(all.size());

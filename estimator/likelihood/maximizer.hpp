@@ -36,8 +36,8 @@ class Maximizer {
   static constexpr double most_nats(double promised_nats) { return 3 * promised_nats + 10; }
   struct Aim {
     FreeSet free;
-    // A maximum that surely has less gain than this is given up (Stop::beaten): its gain is then
-    // lower, and it has no covariance.
+    // A maximum that cannot reach this gain is given up (Stop::beaten): its gain is then lower, and
+    // it has no covariance.
     double to_beat_nats = -std::numeric_limits<double>::infinity();
     double enough_nats = exact_nats;
     // Whether a thousandth of a deviation does not matter, as where a sample of a frame's photons

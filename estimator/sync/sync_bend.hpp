@@ -48,15 +48,16 @@ struct BlockMedians {
 // Nothing where the syncs are less than 64, or where most are far from the line.
 std::optional<BlockMedians> block_medians(std::span<const double> syncs, const Line& line);
 
-// The line through the medians, which bends where they surely bend: known to 0.2 sigma at the ends
-// of the sampled syncs, and over four times their length to 100 ps for 10 ps of jitter.
+// The line through the medians, bent where they bend by more than chance: known to 0.2 sigma at the
+// ends of the sampled syncs, and over four times their length to 100 ps for 10 ps of jitter.
 std::optional<Line> bent_line(std::span<const double> syncs, Line line);
 
 // How far apart the medians are, about a straight line, where neither a line nor a parabola
 // explains them: the syncs wander, or jump. Else 0.
 double wander_ps(std::span<const double> syncs, const Line& line);
 
-// Whether most are near the line, no median is surely off it, and the medians do not surely bend.
+// Whether most are near the line, and no median is off it, nor the medians bent, by more than
+// chance.
 bool is_straight(std::span<const double> syncs, const Line& line);
 
 }  // namespace splid::sync

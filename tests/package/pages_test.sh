@@ -79,7 +79,7 @@ if [ "$all_words" -gt "$most_words" ]; then
 fi
 
 # No comment, help or error has such a phrase either.
-if grep -rnwIE "$phrases" protocol drivers config daemon python bench scripts systemd --exclude-dir=data \
+if grep -rnwIE "$phrases" protocol estimator drivers config daemon python bench scripts systemd --exclude-dir=data \
   >"$scratch/phrases"; then
   sed 's/^/FAIL: a phrase to be said plainly: /' "$scratch/phrases"
   failed=1

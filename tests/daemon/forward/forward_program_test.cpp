@@ -425,7 +425,7 @@ TEST(Forward, AFullDiskAtTheBrokerIsWaitedFor) {
   sensor.publish(2000);
   sensor.await_words("tried again until it answers");
   disk.clear();
-  broker.end(SIGKILL);  // nats-server 2.9 hangs once its disk was full, even at SIGTERM
+  broker.end(SIGKILL);  // nats-server 2.9 ignores SIGTERM after its disk was full
   broker.start();
   EXPECT_EQ(await_frame(broker, "s1", 2009), first_numbers(2010));
   tell("the broker's disk is full; then there is room, and it is killed and started again", 2010);

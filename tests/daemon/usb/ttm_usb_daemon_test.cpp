@@ -89,7 +89,7 @@ struct TtmFault {
 
   const char* name;
   Act inject;
-  Act mend;           // once it was said
+  Act mend;           // after the status tells of the fault
   const char* state;  // of the device
   const char* reason;
 };
