@@ -24,6 +24,7 @@
 #include "estimator/sync/sync_survey.hpp"
 #include "protocol/json_value.hpp"
 #include "protocol/recording_format.hpp"
+#include "protocol/scan_lines.hpp"
 #include "protocol/shown_text.hpp"
 
 namespace splid::recording {
@@ -203,6 +204,15 @@ std::string report_divided_syncs(const RecordingHeader& header,
   return text + "\n";
 }
 
+// The lines that a replay takes by itself (frame.by `auto`), as the key would name them.
+std::string report_scan(const RecordingHeader& header) {
+  const auto scan = scan_of(header);
+  if (!scan) return "";
+  return fmt::format(
+      "  scan           frame.by \"line:{}:{}:{}\", as the header has it: each dwell is a frame\n",
+      scan->start, scan->stop, scan->pixels);
+}
+
 // What to do with a recording that has been looked at. syncs: on the channel that has them.
 std::string what_next(const RecordingInfo& info, std::uint64_t syncs) {
   if (!info.first_ps)
@@ -250,6 +260,7 @@ std::string report_of(const std::string& file) {
     const bool by_sync_input = syncs > 0 || info.header.record_type == RecordType::pico_harp;
     if (sync.of.empty() && by_sync_input) text += report_divided_syncs(info.header, period);
   }
+  text += report_scan(info.header);
   text += report_losses(info.losses);
   text += report_own_facts(info.header);
   for (const std::string& warning : info.warnings) text += "  warning: " + warning + "\n";

@@ -82,6 +82,8 @@ TEST_F(ScanProgram, ARecordingTellsItsLinesAndEachDwellHasItsDirection) {
   const std::string scan = config("scan.json", R"(,"frame":{"length_ms":20},"scan":{"lines":3,)"
                                                R"("azimuth_deg":[-3,3],"elevation_deg":[2,-2]})");
   const std::string file = recording(ScanLines{1, 2, 4, 0, 0, true, 0});
+  EXPECT_THAT(run_program({"check", file}).out,
+              HasSubstr(R"(frame.by "line:1:2:4", as the header)"));
   const auto result = run_program({"replay", file, "--config", scan, "--no-publish", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("outside the scan's dwells"));
