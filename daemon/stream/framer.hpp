@@ -36,13 +36,14 @@ struct FramerTotals {
   std::uint64_t reported = 0;  // lost, with a count that the stream itself gives
   std::uint64_t unplaced = 0;  // lost while no frame is open; the next frame takes them over
   std::uint64_t frames = 0;
-  std::uint64_t jumps = 0;      // gaps for which no frames were made
-  std::uint64_t resets = 0;     // how often the tagger's clock was set anew
-  std::uint64_t uncounted = 0;  // losses of an unknown number of tags
-  std::uint64_t beyond = 0;     // of the late: in a run of times beyond the range
-  std::uint64_t outside = 0;    // of a scan: in no dwell
-  std::uint64_t lines = 0;      // of a scan, or frames from marker to marker
-  std::uint64_t cut_lines = 0;  // of a scan: begun without an end, their tags are outside
+  std::uint64_t jumps = 0;               // gaps for which no frames were made
+  std::uint64_t resets = 0;              // how often the tagger's clock was set anew
+  std::uint64_t uncounted = 0;           // losses of an unknown number of tags
+  std::uint64_t beyond = 0;              // of the late: in a run of times beyond the range
+  std::uint64_t outside = 0;             // of a scan: in no dwell
+  std::uint64_t lines = 0;               // of a scan, or frames from marker to marker
+  std::uint64_t cut_lines = 0;           // of a scan: begun without an end, their tags are outside
+  std::uint64_t half_picture_lines = 0;  // of the first picture, where these are too few
 };
 
 // Cuts the stream of tags into frames. It takes spans of tags in stream order, wherever the spans
@@ -98,6 +99,9 @@ class Framer {
   // A line has begun; or has not ended.
   void count_line() { ++totals_.lines; }
   void count_cut_line() { ++totals_.cut_lines; }
+  void tell_half_picture(std::int64_t lines) {
+    totals_.half_picture_lines = static_cast<std::uint64_t>(lines);
+  }
 
   // The stream is over: emits the last frame, if it holds or lost any tag, with the time that the
   // stream did not reach as a loss. Tags pushed afterwards begin a new stream.

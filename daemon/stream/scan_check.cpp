@@ -22,6 +22,12 @@ std::string scan_fault(const FramerTotals& totals, bool is_over) {
 }
 
 void check_scan(const FramerTotals& totals) {
+  if (totals.half_picture_lines > 0) {
+    log_warning(
+        "picture 0 of the scan began before the first tag: it has {} lines, fewer than "
+        "scan.lines, so that its line numbers and elevations are not known; leave it out",
+        grouped(totals.half_picture_lines));
+  }
   const std::string fault = scan_fault(totals, true);
   if (fault.empty()) return;
   if (totals.frames == 0) throw Error(Fault::data, fault);

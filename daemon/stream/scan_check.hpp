@@ -11,7 +11,7 @@ namespace splid {
 std::string scan_fault(const FramerTotals& totals, bool is_over);
 
 // At the end of a stream. Errors: Error(Fault::data) where a scan has made no frame; of lines
-// without an end the log has a warning.
+// without an end, and of a first picture that is not whole, the log has a warning.
 void check_scan(const FramerTotals& totals);
 
 }  // namespace splid

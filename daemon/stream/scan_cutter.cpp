@@ -120,6 +120,7 @@ void ScanCutter::take_marker(const Tag& tag) {
     end_line(tag.time_ps);
   }
   if (has(tag, scan_.picture) && next_line_ > 0) {
+    if (picture_ == 0 && next_line_ < scan_.lines) framer_.tell_half_picture(next_line_);
     ++picture_;
     next_line_ = 0;
   }

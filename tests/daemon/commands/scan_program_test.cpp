@@ -157,6 +157,22 @@ TEST_F(ScanProgram, MarkersThatDoNotComeEndTheReplay) {
   EXPECT_THAT(no_stop.err, HasSubstr("4 of 4 lines of the scan have no end"));
 }
 
+TEST_F(ScanProgram, AFirstPictureThatIsNotWholeIsAWarning) {
+  const std::string scan =
+      config("scan.json", R"(,"frame":{"length_ms":20},"scan":{"lines":3,"picture":"marker:4"})");
+  tags.push_back({95 * ms, 4, TagKind::marker, {}});  // before the second line
+  std::stable_sort(tags.begin(), tags.end(),
+                   [](const Tag& a, const Tag& b) { return a.time_ps < b.time_ps; });
+  const std::string file = recording(ScanLines{1, 2, 4, 0, 0, false, 0});
+  const auto result = run_program({"replay", file, "--config", scan, "--no-publish", "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("picture 0 of the scan began before the first tag: it has 1 "));
+  const auto frames = test::frames_in(result.out);
+  ASSERT_EQ(frames.size(), 12U);
+  EXPECT_EQ(frames[4].scan->picture, 1);
+  EXPECT_EQ(frames[4].scan->line, 0);
+}
+
 TEST(RealScan, HasThePictureOfAnotherReader) {
   const std::string file = test::real_recording_path("scan_t3.ptu").string();
   if (!std::filesystem::exists(file)) {

@@ -165,6 +165,12 @@ TEST(ScanCutter, PicturesAreCountedByTheirMarkerOrTheirLines) {
   ASSERT_EQ(by_marker.size(), 16U);
   EXPECT_EQ(by_marker[8], at(0, 2, 0));
   EXPECT_EQ(by_marker[12], at(1, 0, 0));
+  ScanLines of_four = four_pixels();
+  EXPECT_EQ(scanned(tags, of_four).totals.half_picture_lines, 0U) << "scan.lines is not known";
+  of_four.lines = 3;
+  EXPECT_EQ(scanned(tags, of_four).totals.half_picture_lines, 0U);
+  of_four.lines = 4;
+  EXPECT_EQ(scanned(tags, of_four).totals.half_picture_lines, 3U);
   const ScanLines two_lines{1, 2, 4, 0, 2, false, 0};
   const std::vector<ScanPlace> by_lines = places_of(scanned(tags, two_lines));
   EXPECT_EQ(by_lines[4], at(0, 1, 0));
