@@ -41,9 +41,9 @@ std::string json_rounded(std::vector<double> values, const Round& round) {
 
 template <class Visitor>
 void describe_stack(const PhotonFold::Stack& stack, Visitor& see) {
-  see.number({"first_ns", "ns", "start of the first of 200 bins, from the pulse's time"},
+  see.number({"first_ns", "ns", "start of the first of 200 bins, relative to the pulse"},
              stack.first_ns);
-  see.number({"bin_ns", "ns", "width of a bin; all reach from -10 to 10 pulse widths"},
+  see.number({"bin_ns", "ns", "width of a bin; the bins reach from -10 to 10 pulse widths"},
              stack.bin_ns);
   see.json({"counts", "", "photons in each bin"}, json_counts(stack.counts));
   see.json({"expected", "", "photons that the estimate expects in each bin"},
@@ -62,32 +62,30 @@ void describe_period(const PhotonFold::Period& period, Visitor& see) {
 
 template <class Visitor>
 void describe_plane(const PhotonFold::Plane& plane, Visitor& see) {
-  see.number({"delay_step_ns", "ns",
-              "delay from cell to cell; cell i is i - 31.5 steps from the estimate"},
-             plane.delay_step_ns);
-  see.number({"velocity_step_mps", "m/s", "velocity from cell to cell"}, plane.velocity_step_mps);
+  see.number(
+      {"delay_step_ns", "ns", "step of the delay; cell i is i - 31.5 steps from the estimate"},
+      plane.delay_step_ns);
+  see.number({"velocity_step_mps", "m/s", "step of the velocity"}, plane.velocity_step_mps);
   see.json({"gain_nats", "nats",
-            "log-likelihood over no target: 64 rows of equal velocity with rising delay; from at "
-            "most 8,192 photons"},
+            "log-likelihood ratios against no target, from at most 8,192 photons: 64 rows, each of "
+            "one velocity and rising delays"},
            json_rounded(plane.gain_nats, two_decimals));
 }
 
 template <class Visitor>
 void describe(const FoldMessage& message, Visitor& see) {
-  see.text_if_any(
-      {"pixel", "", "with several pixels: that of the frame, with the greatest significance"},
-      message.pixel);
-  see.choice({"status", "", "of the frame"}, message.status);
+  see.text_if_any({"pixel", "", "with several pixels: the pixel with the greatest significance"},
+                  message.pixel);
+  see.choice({"status", "", "status of the frame"}, message.status);
   see.count({"photons", "", "photons in the frame"}, message.photons);
-  see.count({"folded", "", "photons in the pictures: every n-th of more than 262,144"},
+  see.count({"folded", "", "photons in the pictures; of more than 262,144 photons, every n-th"},
             message.folded);
   see.part({"stack", "", "with a target: photons around all pulses, superposed"},
            message.fold.stack,
            [](const auto& stack, auto& inner) { describe_stack(stack, inner); });
   see.part({"period", "", "with syncs: photons folded on the pattern period"}, message.fold.period,
            [](const auto& period, auto& inner) { describe_period(period, inner); });
-  see.part({"plane", "",
-            "with a target: the likelihood about the estimate, in the middle of 64 x 64 cells"},
+  see.part({"plane", "", "with a target: the likelihood in 64 x 64 cells around the estimate"},
            message.fold.plane,
            [](const auto& plane, auto& inner) { describe_plane(plane, inner); });
 }

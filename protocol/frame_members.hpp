@@ -32,10 +32,10 @@ void describe_deviations(Values& values, Visitor& see) {
   see.number({"signal_per_pulse", "counts/pulse", "standard deviation of the signal"},
              values.std_signal_per_pulse);
   if constexpr (is_frame) {
-    see.number(
-        {"background_per_s", "counts/s",
-         "standard deviation of the background; of a background of 0, one photon in the time seen"},
-        values.std_background_per_s);
+    see.number({"background_per_s", "counts/s",
+                "standard deviation of the background; for a background of 0, one photon in the "
+                "seen time"},
+               values.std_background_per_s);
     see.number({"pulse_sigma_ps", "ps", "standard deviation of the pulse's width"},
                values.std_pulse_sigma_ps);
   }
@@ -44,10 +44,10 @@ void describe_deviations(Values& values, Visitor& see) {
 template <class Finding, class Visitor>
 void describe_finding(Finding& finding, Visitor& see) {
   see.text({"name", "", "[what it is](#findings)"}, finding.name);
-  see.number({"value", "", "size of the deviation from the model, in its unit"}, finding.value);
+  see.number({"value", "", "size of the effect, in `unit`"}, finding.value);
   see.number({"std", "", "standard deviation of the value"}, finding.std);
   see.text_if_any({"unit", "", "unit of the value; left out for a ratio"}, finding.unit);
-  see.number({"gain_nats", "nats", "log-likelihood gained over the configured model"},
+  see.number({"gain_nats", "nats", "log-likelihood ratio against the configured model"},
              finding.gain_nats);
   see.text({"advice", "", "what to do, with the key of the configuration"}, finding.advice);
 }
@@ -64,7 +64,7 @@ void describe_values(Values& values, Visitor& see) {
     see.choice({"mode", "",
                 "mode of the pattern: `baseline`, `ambiguous`, `mrr`, `random`, `interleaved`"},
                values.mode);
-    see.whole({"start_ps", "ps", "begin of the frame, a string"}, values.start_ps);
+    see.whole({"start_ps", "ps", "start of the frame, a string"}, values.start_ps);
     see.number({"duration_ms", "ms", "length of the frame, a whole number of pattern periods"},
                values.duration_ms);
   }
@@ -77,30 +77,31 @@ void describe_values(Values& values, Visitor& see) {
          "with `auto` in frames that show it ([how](../estimation.md#a-target-that-accelerates))"},
         values.acceleration_mps2);
   }
-  see.number({"signal_per_pulse", "counts/pulse", "detected returns of a pulse of amplitude 1"},
+  see.number({"signal_per_pulse", "counts/pulse", "signal counts for a pulse of amplitude 1"},
              values.signal_per_pulse);
   if constexpr (is_frame) {
     see.number({"background_per_s", "counts/s", "all other detections; 0 if the photons show none"},
                values.background_per_s);
   }
-  see.number({"signal_per_period", "counts/period", "the signal in a pattern period"},
+  see.number({"signal_per_period", "counts/period", "signal counts in a pattern period"},
              values.signal_per_period);
   if constexpr (is_frame) {
-    see.number({"background_per_period", "counts/period", "the background in a pattern period"},
+    see.number({"background_per_period", "counts/period", "background counts in a pattern period"},
                values.background_per_period);
     see.number({"sbr", "",
-                "signal over background counts; left out if the background is below two of its "
-                "deviations (some four photons)"},
+                "signal counts divided by background counts; left out if the background is below "
+                "two standard deviations (some four photons)"},
                values.sbr);
   }
-  see.number({"delay_ns", "ns", "round-trip time at the begin of the frame"}, values.delay_ns);
-  see.number({"significance", "nats",
-              "log-likelihood gained over no target; in `targets`, over the other targets"},
-             values.significance);
+  see.number({"delay_ns", "ns", "round-trip time at the start of the frame"}, values.delay_ns);
+  see.number(
+      {"significance", "nats",
+       "log-likelihood ratio against no target; in `targets`, against the other targets alone"},
+      values.significance);
   see.number({"range_odds_nats", "nats",
-              "logarithm x of the odds that the range is right: it is wrong with probability 1 / "
-              "(1 + e^x) ([range odds](../estimation.md#range-odds)); in mode `ambiguous`, within "
-              "the pattern's unambiguous range"},
+              "natural logarithm x of the odds that the range is right: the range is wrong with "
+              "probability 1 / (1 + e^x) ([range odds](../estimation.md#range-odds)); in mode "
+              "`ambiguous`, within the pattern's unambiguous range"},
              values.range_odds_nats);
   if constexpr (is_frame) {
     see.number({"pulse_sigma_ps", "ps",
@@ -108,13 +109,13 @@ void describe_values(Values& values, Visitor& see) {
                 "photons show it"},
                values.pulse_sigma_ps);
     see.number({"blind_fraction", "",
-                "dead-time fraction of the time seen, if the dead time is modelled; of several "
-                "inputs, the fraction of the light on a dead input"},
+                "if the dead time is modelled: fraction of the seen time in which the detector is "
+                "dead; with several inputs, fraction of the light that meets a dead input"},
                values.blind_fraction);
   }
   see.list_if_any(
       {"findings", "",
-       "deviations from the configured model: [see below](#findings); left out without one"},
+       "effects that the configured model lacks: [see below](#findings); left out without one"},
       values.findings, [](auto& finding, auto& inner) { describe_finding(finding, inner); });
   see.group({"std", "", ""}, values, [](auto& of, auto& std) { describe_deviations(of, std); });
 }
@@ -125,9 +126,11 @@ void describe_sync(Sync& sync, Visitor& see) {
   see.count({"missing", "", "pattern periods without a sync"}, sync.missing);
   see.count({"spurious", "", "syncs that fit no period"}, sync.spurious);
   see.number({"period_ps", "ps", "pattern period, if the syncs give a clock"}, sync.period_ps);
-  see.number({"drift_ppm", "ppm", "pattern period over the calibrated period, less 1"},
-             sync.drift_ppm);
-  see.number({"jitter_ps", "ps", "root mean square of the syncs about this clock"}, sync.jitter_ps);
+  see.number(
+      {"drift_ppm", "ppm", "relative difference of the pattern period from the calibrated period"},
+      sync.drift_ppm);
+  see.number({"jitter_ps", "ps", "root mean square of the syncs' offsets from evenly spaced times"},
+             sync.jitter_ps);
 }
 
 // Message: FrameMessage, const or not. Visitor: has a member function for each kind of member; see
@@ -146,7 +149,7 @@ void describe(Message& message, Visitor& see) {
             message.lost_tags);
   see.count_if_any(
       {"uncounted_losses", "",
-       "losses of an unknown number of tags that ended in the frame; left out without one"},
+       "losses that ended in the frame, each of an unknown number of tags; left out without one"},
       message.uncounted_losses);
   see.number({"seen_fraction", "",
               "fraction of the frame's time that was seen, 0 to 1; in a stream with syncs, time "
@@ -162,19 +165,20 @@ void describe(Message& message, Visitor& see) {
         inner.number({"distance_m", "m", "distance by the encoder"}, reference.distance_m);
         inner.number({"velocity_mps", "m/s", "velocity by the encoder"}, reference.velocity_mps);
       });
-  see.part(
-      {"scan", "", "of a [scan](../guide/scan.md): which dwell the frame is"}, message.scan,
-      [](auto& scan, auto& inner) {
-        inner.count({"picture", "", "pictures before it"}, scan.picture);
-        inner.count({"line", "", "line of the picture, from 0"}, scan.line);
-        inner.count({"column", "", "pixel of the line, from 0, from left to right"}, scan.column);
-        inner.number({"azimuth_deg", "degrees", "direction, to the right"}, scan.azimuth_deg);
-        inner.number({"elevation_deg", "degrees", "direction, up"}, scan.elevation_deg);
-      });
+  see.part({"scan", "", "with a [scan](../guide/scan.md): the pixel that the frame belongs to"},
+           message.scan, [](auto& scan, auto& inner) {
+             inner.count({"picture", "", "number of the picture, from 0"}, scan.picture);
+             inner.count({"line", "", "line in the picture, from 0"}, scan.line);
+             inner.count({"column", "", "pixel in the line, from 0 at the left"}, scan.column);
+             inner.number({"azimuth_deg", "degrees", "azimuth of the pixel, positive to the right"},
+                          scan.azimuth_deg);
+             inner.number({"elevation_deg", "degrees", "elevation of the pixel, positive upwards"},
+                          scan.elevation_deg);
+           });
   see.text(
       {"effort", "", "effort of the estimate: below `estimator.effort` if frames came too fast"},
       message.effort);
-  see.number({"compute_ms", "ms", "time of the estimate on its thread"}, message.compute_ms);
+  see.number({"compute_ms", "ms", "computing time of the estimate"}, message.compute_ms);
   see.number({"latency_ms", "ms", "from the arrival of the frame's last tag to publication"},
              message.latency_ms);
   see.text_if_any({"pixel", "", "with several pixels: name of the pixel"}, message.pixel);

@@ -33,8 +33,9 @@ void describe_pixels(const PixelsStatus& pixels, Visitor& see) {
   see.count({"count", "", "number of pixels"}, pixels.count);
   see.json({"by_status", "", "number of pixels with each status in the last frame"},
            json_counts_by_name(pixels.by_status));
-  see.count({"dark", "", "pixels that counted nothing in a second"}, pixels.dark);
-  see.count({"hot", "", "pixels with too many photons, or 20 times the median"}, pixels.hot);
+  see.count({"dark", "", "pixels without a photon in the last second"}, pixels.dark);
+  see.count({"hot", "", "pixels with more photons than a frame can hold, or 20 times the median"},
+            pixels.hot);
   see.json({"dark_names", "", "their names, at most 16"}, json_names(pixels.dark_names));
   see.json({"hot_names", "", "their names, at most 16"}, json_names(pixels.hot_names));
 }
@@ -43,7 +44,7 @@ template <class Visitor>
 void describe_recording(const RecordingStatus& recording, Visitor& see) {
   const bool has_file = !recording.file.empty();
   see.choice({"state", "", "`waiting` (for a tag), `writing` or `failing`"}, recording.state);
-  see.text_if_any({"file", "", "present file"}, recording.file);
+  see.text_if_any({"file", "", "current file"}, recording.file);
   see.count({"bytes", "", "its size"}, has_file ? std::optional(recording.bytes) : std::nullopt);
   see.number({"seconds", "s", "its length"},
              has_file ? std::optional(recording.seconds) : std::nullopt);
@@ -55,12 +56,12 @@ void describe(const StatusMessage& message, Visitor& see) {
       {"state", "", "`starting`, `waiting_for_device`, `streaming`, `degraded` or `stopping`"},
       message.state);
   see.text({"measurement", "",
-            "`ok` while most frames of the last second are `ok`; else the commonest of "
+            "`ok` while most frames of the last second are `ok`; else the most frequent of "
             "`no_target`, `ambiguous`, `saturated`, `incomplete`, `no_sync`, `wrong_pattern`, "
             "`no_signal` (no photon); `none` without a frame"},
            message.measurement);
   see.text({"reason", "",
-            "why state or measurement is not well, and what to do; then the most significant "
+            "why `state` or `measurement` is not well, and what to do; then the most significant "
             "finding"},
            shown_text(message.reason, most_said));
   see.text({"source", "", "the driver"}, shown_text(message.source, most_said));
@@ -85,7 +86,7 @@ void describe(const StatusMessage& message, Visitor& see) {
       message.effort_is_lowered);
   see.part({"pixels", "", "with several pixels"}, message.pixels,
            [](const auto& pixels, auto& inner) { describe_pixels(pixels, inner); });
-  see.part({"recording", "", "of a [recording](../guide/recording.md)"}, message.recording,
+  see.part({"recording", "", "with a [recording](../guide/recording.md)"}, message.recording,
            [](const auto& recording, auto& inner) { describe_recording(recording, inner); });
 }
 
