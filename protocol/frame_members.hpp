@@ -43,7 +43,7 @@ void describe_deviations(Values& values, Visitor& see) {
 
 template <class Finding, class Visitor>
 void describe_finding(Finding& finding, Visitor& see) {
-  see.text({"name", "", "[what it is](#findings)"}, finding.name);
+  see.text({"name", "", "name of the effect, [listed below](#findings)"}, finding.name);
   see.number({"value", "", "size of the effect, in `unit`"}, finding.value);
   see.number({"std", "", "standard deviation of the value"}, finding.std);
   see.text_if_any({"unit", "", "unit of the value; left out for a ratio"}, finding.unit);
@@ -99,9 +99,9 @@ void describe_values(Values& values, Visitor& see) {
        "log-likelihood ratio against no target; in `targets`, against the other targets alone"},
       values.significance);
   see.number({"range_odds_nats", "nats",
-              "natural logarithm x of the odds that the range is right: the range is wrong with "
-              "probability 1 / (1 + e^x) ([range odds](../estimation.md#range-odds)); in mode "
-              "`ambiguous`, within the pattern's unambiguous range"},
+              "natural logarithm x of the [odds](../estimation.md#range-odds) that the range is "
+              "right: the range is wrong with probability 1 / (1 + e^x). In mode `ambiguous`, the "
+              "odds hold within the pattern's unambiguous range"},
              values.range_odds_nats);
   if constexpr (is_frame) {
     see.number({"pulse_sigma_ps", "ps",
@@ -125,9 +125,9 @@ void describe_sync(Sync& sync, Visitor& see) {
   see.count({"count", "", "syncs in the frame"}, sync.count);
   see.count({"missing", "", "pattern periods without a sync"}, sync.missing);
   see.count({"spurious", "", "syncs that fit no period"}, sync.spurious);
-  see.number({"period_ps", "ps", "pattern period, if the syncs give a clock"}, sync.period_ps);
+  see.number({"period_ps", "ps", "measured pattern period"}, sync.period_ps);
   see.number(
-      {"drift_ppm", "ppm", "relative difference of the pattern period from the calibrated period"},
+      {"drift_ppm", "ppm", "measured pattern period divided by the calibrated period, minus 1"},
       sync.drift_ppm);
   see.number({"jitter_ps", "ps", "root mean square of the syncs' offsets from evenly spaced times"},
              sync.jitter_ps);
@@ -152,8 +152,8 @@ void describe(Message& message, Visitor& see) {
        "losses that ended in the frame, each of an unknown number of tags; left out without one"},
       message.uncounted_losses);
   see.number({"seen_fraction", "",
-              "fraction of the frame's time that was seen, 0 to 1; in a stream with syncs, time "
-              "without any tag is not seen"},
+              "fraction of the frame's time without losses, 0 to 1; in a stream with syncs, time "
+              "without any tag counts as lost"},
              message.seen_fraction);
   see.part(
       {"sync", "",

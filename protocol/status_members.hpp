@@ -36,8 +36,9 @@ void describe_pixels(const PixelsStatus& pixels, Visitor& see) {
   see.count({"dark", "", "pixels without a photon in the last second"}, pixels.dark);
   see.count({"hot", "", "pixels with more photons than a frame can hold, or 20 times the median"},
             pixels.hot);
-  see.json({"dark_names", "", "their names, at most 16"}, json_names(pixels.dark_names));
-  see.json({"hot_names", "", "their names, at most 16"}, json_names(pixels.hot_names));
+  see.json({"dark_names", "", "names of the dark pixels, at most 16"},
+           json_names(pixels.dark_names));
+  see.json({"hot_names", "", "names of the hot pixels, at most 16"}, json_names(pixels.hot_names));
 }
 
 template <class Visitor>
@@ -45,8 +46,9 @@ void describe_recording(const RecordingStatus& recording, Visitor& see) {
   const bool has_file = !recording.file.empty();
   see.choice({"state", "", "`waiting` (for a tag), `writing` or `failing`"}, recording.state);
   see.text_if_any({"file", "", "current file"}, recording.file);
-  see.count({"bytes", "", "its size"}, has_file ? std::optional(recording.bytes) : std::nullopt);
-  see.number({"seconds", "s", "its length"},
+  see.count({"bytes", "", "size of this file"},
+            has_file ? std::optional(recording.bytes) : std::nullopt);
+  see.number({"seconds", "s", "length of this file"},
              has_file ? std::optional(recording.seconds) : std::nullopt);
 }
 
@@ -74,13 +76,14 @@ void describe(const StatusMessage& message, Visitor& see) {
                    message.uncounted_losses);
   see.count({"frames", "", "published frames"}, message.frames);
   see.count({"valid_frames", "", "published frames with a target"}, message.valid_frames);
-  see.number({"ring_fill_ratio", "", "highest fill of the ring in the last second, 0 to 1"},
+  see.number({"ring_fill_ratio", "",
+              "highest fill of the ring (the buffer of tags) in the last second, 0 to 1"},
              message.ring_fill_ratio);
-  see.list_if_any(
-      {"findings", "",
-       "[findings](#findings) of at least half of the last second's frames, and of many frames "
-       "together"},
-      message.findings, [](const auto& finding, auto& inner) { describe_finding(finding, inner); });
+  see.list_if_any({"findings", "",
+                   "[findings](#findings) that at least half of the last second's frames have, and "
+                   "findings of many frames together"},
+                  message.findings,
+                  [](const auto& finding, auto& inner) { describe_finding(finding, inner); });
   see.flag_if_any(
       {"effort_is_lowered", "", "`true` if frames come too fast for the configured effort"},
       message.effort_is_lowered);
