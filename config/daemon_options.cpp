@@ -108,7 +108,7 @@ void FrameOptions::describe(OptionVisitor& visitor) {
                "into PIXELS dwells, a frame each; auto: the lines that a recording's header tells "
                "of, else time");
   visitor.number("min_seen_fraction", min_seen_fraction, {0, 1},
-                 "a frame of which a smaller fraction was seen, as tags were lost, is incomplete");
+                 "a frame is incomplete if losses leave a smaller fraction of it");
 }
 
 void RecordOptions::describe(OptionVisitor& visitor) {

@@ -48,7 +48,7 @@ std::optional<OptionFault> scale_fault(const char* pointer, const std::vector<do
 
 void ScanOptions::describe(OptionVisitor& visitor) {
   visitor.channel("picture", picture,
-                  "marker at the begin of a picture, as in marker:4; the line after it is line 0; "
+                  "marker at the start of a picture, as in marker:4; the line after it is line 0; "
                   "\"\": none");
   visitor.integer("lines", lines, 0, most_dwells, "lines of a picture; 0: not known");
   visitor.flag("both_ways", both_ways,
@@ -61,7 +61,8 @@ void ScanOptions::describe(OptionVisitor& visitor) {
   visitor.numbers("elevation_deg", elevation_deg, {-90, 90},
                   "elevation of the first and of the last line of a picture, up, degrees");
   visitor.path("angles", angles,
-               "file of angles read from the scanner, in the place of both: CSV with the columns "
+               "file of angles read from the scanner, instead of azimuth_deg and elevation_deg: "
+               "CSV with the columns "
                "azimuth_deg,elevation_deg and a row for each tick of channels.encoder");
 }
 

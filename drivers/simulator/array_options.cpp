@@ -15,11 +15,11 @@ void describe_input(ArrayInput& input, OptionVisitor& visitor) {
   visitor.require("input");
   const Bounds angle{-largest_angle_deg, largest_angle_deg};
   visitor.number("azimuth_deg", input.azimuth_deg, angle,
-                 "where it looks, degrees to the right of the axis");
+                 "azimuth of its direction, degrees to the right of the axis");
   visitor.number("elevation_deg", input.elevation_deg, angle,
-                 "where it looks, degrees above the axis");
+                 "elevation of its direction, degrees above the axis");
   visitor.number("delay_ps", input.delay_ps, {0, 1e7}, "delay of its cable, ps");
-  visitor.number("dark_per_s", input.dark_per_s, {0, 1e9}, "its dark counts a second");
+  visitor.number("dark_per_s", input.dark_per_s, {0, 1e9}, "dark counts of the detector a second");
   visitor.number("distance_m", input.distance_m, {0, max_distance_m},
                  "distance of its target at the start, m; absent: the nearest surface");
   visitor.number("velocity_mps", input.velocity_mps, {-max_speed_mps, max_speed_mps},

@@ -32,11 +32,14 @@ void RoomOptions::describe(OptionVisitor& visitor) {
   const Bounds distance{0, farthest_m};
   visitor.number("ahead_m", ahead_m, distance,
                  "distance of the wall ahead at the start, m; 0: no such wall");
-  visitor.number("behind_m", behind_m, distance, "the same of the wall behind, m");
-  visitor.number("left_m", left_m, distance, "the same of the wall to the left, m");
-  visitor.number("right_m", right_m, distance, "the same of the wall to the right, m");
-  visitor.number("up_m", up_m, distance, "the same of the ceiling, m");
-  visitor.number("down_m", down_m, distance, "the same of the floor, m");
+  visitor.number("behind_m", behind_m, distance,
+                 "distance of the wall behind at the start, m; 0: no such wall");
+  visitor.number("left_m", left_m, distance,
+                 "distance of the wall to the left at the start, m; 0: no such wall");
+  visitor.number("right_m", right_m, distance,
+                 "distance of the wall to the right at the start, m; 0: no such wall");
+  visitor.number("up_m", up_m, distance, "distance of the ceiling at the start, m; 0: no ceiling");
+  visitor.number("down_m", down_m, distance, "distance of the floor at the start, m; 0: no floor");
   visitor.numbers("velocity_mps", velocity_mps, {-fastest_mps, fastest_mps},
                   "velocity of the sensor: ahead, to the left, up; m/s");
   visitor.numbers("turn_deg_per_s", turn_deg_per_s,

@@ -14,11 +14,13 @@ void ScannerOptions::describe(OptionVisitor& visitor) {
                  "start of the first line, in the stream's time, ms");
   visitor.flag("both_ways", both_ways,
                "the second, fourth, ... row of a picture goes from right to left");
-  visitor.integer("line_start_marker", line_start_marker, 1, 15, "N of the marker:N of its starts");
-  visitor.integer("line_stop_marker", line_stop_marker, 1, 15, "N of the marker:N of its stops");
+  visitor.integer("line_start_marker", line_start_marker, 1, 15,
+                  "N of the marker:N at the start of a line");
+  visitor.integer("line_stop_marker", line_stop_marker, 1, 15,
+                  "N of the marker:N at the end of a line");
   visitor.integer("frame_marker", frame_marker, 0, 15,
-                  "N of the marker:N in one record with the start of a picture's first line; 0: "
-                  "none");
+                  "N of the marker:N at the start of a picture, in one record with its first "
+                  "line's marker; 0: none");
 }
 
 std::optional<OptionFault> ScannerOptions::validate(std::int64_t encoder_marker) const {

@@ -30,21 +30,23 @@ void describe_light(Options& options, OptionVisitor& visitor) {
   visitor.number("emission_jitter_ps", detection.emission_jitter_ps, {0, 1e6},
                  "standard deviation of a pulse's emission time, ps");
   visitor.number("electronic_delay_ns", detection.electronic_delay_ns, {-1e9, 1e9},
-                 "between the sync and the detector channel, ns");
+                 "delay between the sync and the detector channel, ns");
 }
 
 void describe_clocks(Options& options, OptionVisitor& visitor) {
   const double max_ppm = max_drift_ppm;
-  visitor.number("drift_ppm", options.drift_ppm, {-max_ppm, max_ppm},
-                 "pattern period in the tagger's clock over the calibrated period, less 1, ppm");
+  visitor.number(
+      "drift_ppm", options.drift_ppm, {-max_ppm, max_ppm},
+      "pattern period in the tagger's clock divided by the calibrated period, minus 1, ppm");
   visitor.number("drift_ramp_ppm_per_s", options.drift_ramp_ppm_per_s, {-100, 100},
                  "change of the drift, ppm a second, until it is 1000 ppm either way");
   visitor.number("tagger_ppm", options.tagger_ppm, {-max_ppm, max_ppm},
-                 "excess rate of the tagger's clock, in which delays are longer, ppm");
+                 "excess rate of the tagger's clock, ppm; delays read longer by as much");
   visitor.number("encoder_rate_hz", options.encoder_rate_hz, {0, 1e7},
                  "sample clock of an encoder on marker 1, Hz; 0: none");
   visitor.number("encoder_start_s", options.encoder_start_s, {0, 1e6},
-                 "its first tick, in the stream's time, s; a start is seen after 0.1 s without");
+                 "time of the encoder's first tick from the stream's start, s; splid sees a start "
+                 "only after 0.1 s without ticks");
   visitor.integer("start_ps", options.start_ps, -4'000'000'000'000'000'000,
                   4'000'000'000'000'000'000, "tagger's clock at the stream's start, ps");
   visitor.integer("seed", options.seed, 0, std::numeric_limits<std::int64_t>::max(),
@@ -54,10 +56,13 @@ void describe_clocks(Options& options, OptionVisitor& visitor) {
 }  // namespace
 
 void FogOptions::describe(OptionVisitor& visitor) {
-  visitor.number("counts_per_pulse", counts_per_pulse, {0, 1e3},
-                 "mean detections of a pulse of amplitude 1, from all of its depth; 0: no fog");
-  visitor.number("distance_m", distance_m, {0, max_distance_m}, "where it begins, m");
-  visitor.number("depth_m", depth_m, {1e-3, 1e6}, "mean depth of its returns behind distance_m, m");
+  visitor.number(
+      "counts_per_pulse", counts_per_pulse, {0, 1e3},
+      "mean detections of a pulse of amplitude 1, from the whole depth of the fog; 0: no fog");
+  visitor.number("distance_m", distance_m, {0, max_distance_m},
+                 "distance at which the fog begins, m");
+  visitor.number("depth_m", depth_m, {1e-3, 1e6},
+                 "mean depth of the fog's returns behind distance_m, m");
 }
 
 void Options::describe(OptionVisitor& visitor) {
@@ -83,7 +88,7 @@ void Options::describe(OptionVisitor& visitor) {
   describe_light(*this, visitor);
   visitor.object(
       "detector", [this](OptionVisitor& members) { detector.describe(members); },
-      "what the detectors make of the light");
+      "properties of the detectors");
   visitor.object(
       "sync", [this](OptionVisitor& members) { sync.describe(members); },
       "the pattern's syncs as the tagger sees them");

@@ -70,10 +70,12 @@ std::optional<OptionFault> Field::validate() const {
 
 void Plane::describe(OptionVisitor& visitor) {
   path.describe(visitor);
-  visitor.number("tilt_azimuth_deg", tilt_azimuth_deg, {-widest_deg, widest_deg},
-                 "the plane is farther to the right by the tangent of this, degrees");
-  visitor.number("tilt_elevation_deg", tilt_elevation_deg, {-widest_deg, widest_deg},
-                 "the plane is farther above by the tangent of this, degrees");
+  visitor.number(
+      "tilt_azimuth_deg", tilt_azimuth_deg, {-widest_deg, widest_deg},
+      "tilt: the distance of the plane grows to the right by the tangent of this angle, degrees");
+  visitor.number(
+      "tilt_elevation_deg", tilt_elevation_deg, {-widest_deg, widest_deg},
+      "tilt: the distance of the plane grows upwards by the tangent of this angle, degrees");
   field.describe(visitor);
   visitor.number("signal_per_pulse", signal_per_pulse, {0, 1e3},
                  "mean detections of a pulse of amplitude 1 in a pixel that looks at the plane");
@@ -106,11 +108,13 @@ void PictureOptions::describe(OptionVisitor& visitor) {
                "PGM file of distances, its first row at the top; a value of 0 is no target");
   visitor.path("velocity", velocity, "PGM file of velocities, of the same size; none: at rest");
   visitor.number("distance_m", distance_m, {0, max_distance_m},
-                 "distance that the value 0 would be, m");
-  visitor.number("distance_step_m", distance_step_m, {1e-9, 1e6}, "a step of the value, m");
+                 "the distance of a value is distance_m + value * distance_step_m, m");
+  visitor.number("distance_step_m", distance_step_m, {1e-9, 1e6},
+                 "distance for each step of the value, m");
   visitor.number("velocity_mps", velocity_mps, {-max_speed_mps, max_speed_mps},
                  "velocity of the value 0, m/s");
-  visitor.number("velocity_step_mps", velocity_step_mps, {1e-9, 1e3}, "a step of the value, m/s");
+  visitor.number("velocity_step_mps", velocity_step_mps, {1e-9, 1e3},
+                 "velocity for each step of the value, m/s");
   field.describe(visitor);
   visitor.number("signal_per_pulse", signal_per_pulse, {0, 1e3},
                  "mean detections of a pulse of amplitude 1 in a pixel that looks at the picture");

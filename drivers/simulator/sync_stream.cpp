@@ -8,7 +8,7 @@ void SyncOptions::describe(OptionVisitor& visitor) {
   visitor.number("doubled_fraction", doubled_fraction, {0, 1},
                  "syncs followed by a second one 1 to 50 ns later");
   visitor.number("jump_ps", jump_ps, {0, 1e6},
-                 "syncs jump between two states that are so far apart, ps");
+                 "time between the two states that the syncs jump between, ps");
   visitor.number("jump_every_ms", jump_every_ms, {1e-3, 1e6}, "mean time in a state, ms");
   visitor.flag("near_photons_only", near_photons_only,
                "only the first sync after a photon is passed on, as some instruments do");
