@@ -183,8 +183,8 @@ class Parts {
     }
   }
 
-  // Where nothing is significant, the best cells are zoomed into, and the best spot is climbed
-  // from.
+  // Where nothing is significant, the best cells are zoomed into, and the likelihood is maximized
+  // from the best spot.
   void print_zooms(const std::string& level, const SearchGrid& grid,
                    std::span<const SearchCell> cells) {
     cells = cells.first(std::min(cells.size(), TargetSearch::cells_tried(frame_.size())));

@@ -53,7 +53,7 @@ struct SourceInfo {
   // UTC at device time 0. Where absent, the daemon takes the host's clock.
   std::optional<double> start_unix_s;
   // The syncs were counted and not timed: times are in the generator's own clock, in which a
-  // pattern period has one length, so that nothing can be said of its drift and jitter.
+  // pattern period has one length, so that its drift and jitter are unknown.
   bool syncs_are_counted = false;
   // The scan that a recording's header tells of; absent where there is none.
   std::optional<ScanLines> scan = {};

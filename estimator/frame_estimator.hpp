@@ -17,7 +17,7 @@
 //   fold/         the photons in the pattern's clock ([P] Eq. 20), folded on the pattern period: a
 //                 target at constant velocity is a straight line there, a DelayTrack
 //   search/       the target: where the last frame had it, along all straight lines, along all
-//                 paths that bend; its significance, and the odds of its range
+//                 accelerated paths; its significance, and the odds of its range
 //   selection/    the targets beside the first one
 //   likelihood/   one model of the light; its maximum ([P] Eq. 4 and 7) and the deviations there
 //   checks/       which richer model explains the photons better

@@ -5,7 +5,7 @@
 
 namespace splid {
 
-// What can be said of a frame. The estimator decides it, and the frame's JSON carries its name.
+// The status of a frame. The estimator decides it, and the frame's JSON carries its name.
 enum class FrameStatus {
   not_run,     // no frame that is published has this status
   ok,          // all values hold

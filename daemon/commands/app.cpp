@@ -209,7 +209,7 @@ void check_words(const CLI::App& app, const std::vector<std::string>& words) {
 
 // SPLID_VECTOR_LEVEL names the widest vectors that are used.
 //
-// Errors: Error(Fault::usage) for a name that is none of a level that this processor runs.
+// Errors: Error(Fault::usage) if the name is not that of a level that this processor runs.
 void limit_vectors() {
   const char* wanted = std::getenv("SPLID_VECTOR_LEVEL");  // NOLINT(concurrency-mt-unsafe): no
                                                            // thread has been started

@@ -206,10 +206,12 @@ struct Metrics::Series {
       counter(*registry, "splid_syncs_missing_total", "Pattern periods without a sync");
   Counter& spurious =
       counter(*registry, "splid_syncs_spurious_total", "Syncs that fit no pattern period");
-  Gauge& drift = gauge(*registry, "splid_sync_drift_ratio",
-                       "Pattern period of the last frame over the calibrated period, less 1");
-  Gauge& jitter = gauge(*registry, "splid_sync_jitter_seconds",
-                        "Root mean square of the last frame's syncs about their line");
+  Gauge& drift =
+      gauge(*registry, "splid_sync_drift_ratio",
+            "Pattern period of the last frame divided by the calibrated period, minus 1");
+  Gauge& jitter =
+      gauge(*registry, "splid_sync_jitter_seconds",
+            "Root mean square of the syncs' offsets from evenly spaced times, last frame");
 
   std::array<Gauge*, 5> state =
       states<DaemonState, 5>(*registry, "splid_state", "1 for the state of the status, else 0");

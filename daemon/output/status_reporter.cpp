@@ -18,7 +18,7 @@ namespace {
 constexpr std::int64_t ns_per_s = 1'000'000'000;
 constexpr double ns_per_ms = 1e6;
 
-// A live source that says nothing for this many frames is silent: it owes a heartbeat every 10 ms.
+// A live source without a tag for this many frames is silent: a heartbeat is due every 10 ms.
 constexpr double silent_frames = 4;
 
 const char* reason_of(FrameStatus status) {
@@ -230,7 +230,7 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
     status_.state = DaemonState::starting;
     status_.reason = second_.why();
   } else if (is_disturbed_frame()) {
-    // The driver's own words, where it has said any, go before this sentence.
+    // The driver's own reason, if it has given one, goes before this sentence.
     status_.state = DaemonState::degraded;
     if (stream_.device.reason.empty()) {
       status_.reason =

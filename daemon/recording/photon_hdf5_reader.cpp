@@ -26,11 +26,11 @@ namespace {
 
 using std::chrono::steady_clock;
 
-// A block of 65,536 photons takes 20 ms. A library that says nothing for so long has lost its way.
+// A block of 65,536 photons takes 20 ms. A library that is silent for so long hangs.
 constexpr std::chrono::seconds most_silence{60};
 constexpr int look_again_ms = 100;
 
-// As large as the largest block of tags, so that a head that is none takes no memory.
+// As large as the largest block of tags, so that a damaged head takes no memory.
 constexpr std::uint32_t most_part_bytes = 1 << 23;
 
 [[noreturn]] void cannot_start(const std::string& file, const std::string& why) {

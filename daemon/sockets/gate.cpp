@@ -194,7 +194,8 @@ bool Gate::make_room(const std::string* group) {
   for (const auto& [id, connection] : connections_) {
     if (group != nullptr && connection->peer().group != *group) continue;
     if (connection->is_admitted() || connection->begin_ns() > before_ns) continue;
-    refuse(security::Refusal::crowd, connection->peer(), "it holds a connection and says nothing");
+    refuse(security::Refusal::crowd, connection->peer(),
+           "it holds a connection without a handshake");
     end(id);
     return true;
   }

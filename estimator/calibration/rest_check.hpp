@@ -20,7 +20,7 @@ struct RestReport {
   double wander_ps = 0;          // rms about that line, less the part of the photons' noise
   double wander_deviations = 0;  // significance of the wander, at the time scale that shows it best
 
-  // How far the delay travelled along that line over the recording.
+  // By how much the delay changed along that line over the recording.
   [[nodiscard]] double walk_ps() const { return delay_rate_ps_per_s * seconds; }
   [[nodiscard]] bool moves() const;    // along the line, by five deviations
   [[nodiscard]] bool wanders() const;  // about the line, by five deviations

@@ -57,7 +57,7 @@ std::span<const FindingRow> finding_table();
 inline constexpr std::size_t rows_with_directions = 8;
 // Where the pulse is wider all along the frame, and at its ends.
 inline constexpr std::size_t width_row = 0, parting_row = 7;
-// By phase, by pulse, and of light that is none of the pattern's.
+// By phase, by pulse, and of light from outside the pattern.
 inline constexpr std::size_t phase_row = 8, pulse_row = 9, pattern_row = 10;
 const FindingRow& row_of(FindingName name);  // the first of that name
 const char* to_string(FindingName name);

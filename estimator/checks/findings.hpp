@@ -32,7 +32,7 @@ struct FitFacts {
   double std_quadratic_ns = 0;
 };
 
-// A row's statistic of one frame, sure or not; for many frames together.
+// A row's statistic of one frame, significant or not; for many frames together.
 struct RowScore {
   std::array<double, 2> score{};        // of its first terms, orthogonal to the fitted parameters
   std::array<double, 2> information{};  // of these
@@ -67,7 +67,7 @@ struct Verdict {
   }
 };
 
-// The statistics of a frame, sure or not; for many frames together.
+// The statistics of a frame, significant or not; for many frames together.
 struct FrameScores {
   std::array<RowScore, rows_with_directions> rows;
   SquareSum by_phase, by_phase_coarse, by_pulse;

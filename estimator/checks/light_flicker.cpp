@@ -16,7 +16,7 @@ constexpr std::size_t fewest_parts = 16;
 constexpr double most_deviations = 0.5;  // by which a value may be low
 constexpr double most_swing = 2;         // relative rms of the light: more is not expected
 
-// The target's light, or the background.
+// The return signal, or the background.
 struct SwingingLight {
   double share = 0;  // of the detections
   double seen = 0;   // of what the light rises by: e

@@ -9,11 +9,11 @@ namespace splid {
 // Widens the deviations of values that are too low because the light of a frame varies: dead times
 // are where it was strong, and their light is taken to be the mean. Detections rise by the share e
 // of what the light rises by, and the light is low by (1 - e) of its relative variance; of pulses
-// with the light h, e = h / (exp(h) - 1), of steady light 1 less the blind fraction.
+// with the light h, e = h / (exp(h) - 1), of steady light the live fraction.
 //
 // The light varies where the detections in 128 parts of the frame, of whole pattern periods, vary
 // by more than chance does in one frame of a million, with e of their number as the variance.
-// Whether it is the target's or the background's, the counts do not say: either may be low. What it
+// The counts do not tell the signal from the background: either may be low. What it
 // may be low by goes into its deviation, where it is more than half of that.
 //
 // Design note: light that varies faster than in 0.4 ms of 50 ms is not seen. A likelihood of each

@@ -18,7 +18,7 @@ struct LikelihoodKernels {
   };
   void (*offsets)(double* offsets, const double* residuals, const double* shares,
                   const Placing& placing, std::size_t count);
-  // A target's light at photons: a pulse's amplitude * h, and its derivatives by the offset.
+  // A target's intensity at photons: a pulse's amplitude * h, and its derivatives by the offset.
   // scale[0] to scale[2]: of h, h' and h''. Sets it, or adds a pulse's.
   struct Light {
     double *h, *d1, *d2;

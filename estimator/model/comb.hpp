@@ -25,8 +25,8 @@ struct Comb {
 
 // The strong side lobes of a comb's autocorrelation: shifts in (0, period), ns, ascending, by which
 // at least 70 % of the comb's light falls on its own pulses again, to within tolerance_ns. A frame
-// can take a delay that is off by such a shift for the right delay. Random patterns have none, and
-// interleaved patterns, of which half of the light falls on itself, have none either.
+// can take a delay that is off by such a shift for the right delay. Random patterns have none.
+// Interleaved patterns have none either: their side lobes have half of the light.
 std::vector<double> strong_side_lobes_ns(const Comb& comb, double tolerance_ns);
 
 // Finds, for a phase in [0, period), the pulses p whose windows [t_p + first, t_p + last] the phase

@@ -88,7 +88,7 @@ struct Estimate : TargetEstimate {
 
 // Where a target was when it was last seen, so that the next frame can look there first. A target
 // is followed for 20 frames at most before the whole range is searched again, so that a wrong delay
-// at which the pattern partly falls on itself is not held for longer than that.
+// at a side lobe of the pattern's autocorrelation is not held for longer.
 struct TargetTrack {
   bool valid = false;       // false: there is nothing to follow
   std::int64_t mid_ps = 0;  // the middle of the frame it was seen in, tagger's clock

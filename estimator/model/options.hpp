@@ -41,7 +41,7 @@ struct SceneOptions {
   void describe(OptionVisitor& visitor);
 };
 
-// Whether each target's light is compared with richer models (checks/finding.hpp).
+// Whether each target's returns are compared with richer models (checks/finding.hpp).
 enum class FindingsWanted { on, off };
 
 // How a frame is estimated, and when an estimate is believed. JSON: `estimator`.
@@ -50,7 +50,7 @@ struct EstimatorOptions {
   Effort effort = Effort::balanced;
   FindingsWanted findings = FindingsWanted::on;
   bool tracked = false;            // a frame first looks where the last frame found its target
-  double false_alarm_rate = 1e-3;  // share of the frames without a target that claim a target
+  double false_alarm_rate = 1e-3;  // share of the frames without a target that report one
   double range_risk = 1e-3;        // risk of a wrong range above which a frame is ambiguous
   void describe(OptionVisitor& visitor);
   // Whether the method goes with what the scene may hold.

@@ -171,9 +171,10 @@ likelihood::Maximum AccelerationSearch::maximize(const FoldedFrame& frame, Delay
 
 std::string AccelerationSearch::too_many_looks_text(double length_ns) const {
   std::ostringstream text;
-  text << "/scene/max_acceleration_mps2: with " << max_acceleration_mps2_
-       << " the path may bend in " << looks(length_ns) << " ways in a frame of " << length_ns * 1e-6
-       << " ms; more than " << most_looks << " take too long: lower it, or /frame/length_ms";
+  text << "/scene/max_acceleration_mps2: with " << max_acceleration_mps2_ << " a frame of "
+       << length_ns * 1e-6 << " ms has " << looks(length_ns)
+       << " accelerations to search; more than " << most_looks
+       << " take too long: lower it, or /frame/length_ms";
   return text.str();
 }
 

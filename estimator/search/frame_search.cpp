@@ -15,8 +15,8 @@ namespace {
 using likelihood::Maximum;
 
 // A target that is followed gains about as much in each frame. Half of that gain is asked for: it
-// leaves room for a target that fades or speeds up, and is more than a wrong delay gains at which
-// half of an interleaved comb falls on itself.
+// leaves room for a target that fades or accelerates, and is more than a wrong delay gains at a
+// side lobe of half of an interleaved comb.
 constexpr double least_followed_gain = 0.5;
 constexpr int most_followed = 20;
 // A followed target whose signal has changed by so many deviations is looked for anew.

@@ -16,7 +16,7 @@
 namespace splid {
 
 // The ways to find a frame's target, the cheapest first: where the last frame had it, along all
-// straight lines, and along all paths that bend.
+// straight lines, and along all accelerated paths.
 enum class Look { follow, straight, curved };
 
 // Where a look has found the target.
@@ -28,7 +28,8 @@ struct Start {
 
 // Finds the target of a frame by the look that is asked for.
 //
-// Errors: Error(Fault::usage) from the constructor, where paths may bend in too many ways.
+// Errors: Error(Fault::usage) from the constructor, where there are too many accelerations to
+// search.
 class FrameSearch {
  public:
   // dead: of the detector whose dead time is modelled.
@@ -56,12 +57,12 @@ class FrameSearch {
   static double reach_ns(const SceneOptions& scene, const PulseShape& shape, double length_ns);
   [[nodiscard]] bool moves() const { return max_walk_ns_ > 0; }
   [[nodiscard]] bool may_accelerate() const { return acceleration_ != nullptr; }
-  // Whether a straight line stays in a delay bin of the search wherever a path may bend to: it then
-  // leads to the path too.
+  // Whether every accelerated path stays in the delay bin of a straight line, which then leads to
+  // the path too.
   [[nodiscard]] bool accelerates_little(double length_ns) const {
     return acceleration_->looks(length_ns) == 1;
   }
-  // Whether bent paths are what is looked for, and straight lines do not lead to them.
+  // Whether accelerated paths are searched, and straight lines do not lead to them.
   [[nodiscard]] bool must_accelerate(double length_ns) const {
     return must_accelerate_ && may_accelerate() && !accelerates_little(length_ns);
   }

@@ -41,7 +41,7 @@ struct SearchScope {
   SearchVolume volume;         // delays told apart and range walks possible, for the odds
   double least_odds_nats = 0;  // that a range needs: peaks that may lower the odds below are tried
   Effort effort = Effort::balanced;
-  bool side_lobes = true;    // whether delays at which the comb nearly falls on itself are tried
+  bool side_lobes = true;    // whether the side lobes of the comb's autocorrelation are tried
   bool may_be_dead = false;  // whether frames may come with their dead time
 };
 

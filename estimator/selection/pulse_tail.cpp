@@ -42,7 +42,7 @@ void PulseTail::count(const FoldedFrame& frame, const likelihood::Model& about) 
   }
 }
 
-// Puts a target's light about the track, over the frame, into a column.
+// Puts a target's returns about the track, over the frame, into a column.
 void PulseTail::put(const likelihood::Model& model, std::size_t target, std::size_t column) {
   constexpr int parts = 8;
   const likelihood::Target& own = model.targets.at(target);

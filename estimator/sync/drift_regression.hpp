@@ -85,10 +85,10 @@ Line regressed(const Line& line, const Sums& sums);
 // bound (4.3 cm/s); the line through all 13,227 syncs leaves 0.09 cm/s.
 void fill_period(SyncFit& fit, DriftMethod method, double calibrated_ps, const Accepted& accepted);
 
-// Fills the fit's bend, where the least-squares parabola through the syncs bends by four of its
-// deviations; phase, period and jitter are then those of that parabola. Slow syncs lie unevenly
-// about mid-frame, and their line takes a part of the bend for drift: 6 cm/s of 49 syncs in 50 ms
-// at 1.5 ppm/s. half_length_ps: half of the frame's length.
+// Fills the fit's quadratic term, if that of the least-squares parabola through the syncs is four
+// standard deviations; phase, period and jitter are then those of the parabola. Slow syncs lie
+// unevenly about mid-frame, and their line takes a part of the quadratic term for drift: 6 cm/s of
+// 49 syncs in 50 ms at 1.5 ppm/s. half_length_ps: half of the frame's length.
 void fill_bend(SyncFit& fit, double half_length_ps, double calibrated_ps, const Accepted& accepted);
 
 }  // namespace splid::sync

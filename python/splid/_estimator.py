@@ -42,7 +42,7 @@ class Estimator:
         default from the first sync to one period after the last, which leaves out photons before
         and after; the frame should be a whole number of pattern periods. losses: rows of begin_ps,
         end_ps and count, sorted, in the frame. before_ps: the photons of a few dead times before
-        the frame, from which its detector may still be blind. photons_of_input: how many photons
+        the frame, after which its detector may still be dead. photons_of_input: how many photons
         came on each input that shares the light, in any order; without it the light is taken as
         shared evenly. Both count where detector.dead_time is modelled.
 

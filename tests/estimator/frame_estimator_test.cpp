@@ -106,7 +106,7 @@ TEST(FrameEstimator, ErrorsAreWhatTheDeviationsSay) {
   }
 }
 
-// Stretches of half a frame, of 1 ms and of four circles of delays, in which most photons may have
+// Segments of half a frame, of 1 ms and of four circles of delays, in which most photons may have
 // left in either of two; and periods that do not fit the circle, so that every photon is one of
 // those. 100 frames each: rms over deviation 1 within 0.25 (3.5 sigma, for 15 of them).
 TEST(FrameEstimator, MeasuresMovingTargetsWithRatesInTurn) {

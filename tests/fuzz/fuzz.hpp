@@ -17,8 +17,8 @@
 #include "protocol/error.hpp"
 #include "protocol/tag.hpp"
 
-// What all fuzz targets share: any bytes are an input, and what must hold of every input is said by
-// must(), which ends the process where it does not, as libFuzzer wants it.
+// What all fuzz targets share: any bytes are an input. must() checks what has to hold for every
+// input, and ends the process where it does not, as libFuzzer wants it.
 
 // SPLID_FUZZ_TARGET(NAME) { ... return 0; } tries one input: data, and its size in bytes. With
 // libFuzzer each target is a program; without, one program has all of them and is told which one to

@@ -16,6 +16,7 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 failed=0
 phrases='is said|surely|by nothing|hangs? on|(more|less) to say|near copies|look-alikes?|blind time'
+phrases="$phrases|sure or not|falls? on itself|that is none|path bends?"
 
 # The headings of a page, as links name them.
 headings() {

@@ -25,7 +25,7 @@ std::string describe_range(const PatternCalibration& calibrated, double length_m
   const double range_m = pattern.unambiguous_delay_ps * ns_per_ps * 1e-9 * speed_of_light_mps / 2;
   return fmt::format(
       "ranges {:.6g} m apart cannot be told apart (pulses as even as these, and the light of a "
-      "frame of {:g} ms): mode ambiguous, each frame says so\n",
+      "frame of {:g} ms): the mode and the status of each frame are ambiguous\n",
       range_m, length_ms);
 }
 
@@ -78,7 +78,7 @@ std::string summary(const PatternCalibration& calibrated, const std::string& pat
   if (!calibrated.pattern.calibration->distance_m) {
     text += fmt::format(
         "with this pattern the target reads {:.6g} m, the middle of the range, since its distance "
-        "is not known; --distance-m D gives it a place\n",
+        "is not known; give it with --distance-m D\n",
         calibrated.target_m);
   }
   text += describe_input_delays(calibrated.inputs, found.width_ps);

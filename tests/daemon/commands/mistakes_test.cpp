@@ -142,7 +142,7 @@ TEST_F(Mistakes, OptionsThatTheEstimatorRefuses) {
                  "/estimator/method: is \"paper\", but scene.targets is 2");
   expect_refused(R"(,"frame":{"length_ms":3500},"scene":{"motion":"accelerating",)"
                  R"("max_acceleration_mps2":1000})",
-                 "/scene/max_acceleration_mps2: with 1000 the path may bend in ");
+                 "/scene/max_acceleration_mps2: with 1000 a frame of ");
   EXPECT_EQ(
       run_program({"check", write_config("auto.json", paper + R"({"motion":"auto"})")}).exit_code,
       0);

@@ -108,9 +108,9 @@ TEST(CombMeetings, OfThreeRatesNeedAllOfThem) {
   EXPECT_TRUE(meetings.find(1900, 1900 + 7).delays_ns().empty());
 }
 
-// 124 periods of the one rate are 119 of the other to within 0.3 ns: there a target's comb nearly
-// falls on itself, which is no meeting with another's.
-TEST(CombMeetings, NearCopiesOfATargetAreNone) {
+// 124 periods of the one rate are 119 of the other to within 0.3 ns: a side lobe of a
+// target's comb, which is no meeting with another's.
+TEST(CombMeetings, SideLobesOfATargetAreNone) {
   const PulseTrain train(test::interleaved_pattern({99900, 104100}, 34665300));
   const CombMeetings meetings(train, 0.11);
   for (const double other_ns : {1900 + 42.0, 1900 + 5000.1}) {

@@ -15,8 +15,8 @@ using test::off_of;
 using test::scene_of;
 using test::several;
 
-// Two lines that cross leave little over beside them, but much at the comb's shoulders.
-TEST(CrossingTargets, CrossingLinesHaveNoShoulders) {
+// Two lines that cross leave little over beside them, but much at the comb's side lobes.
+TEST(CrossingTargets, CrossingLinesHaveNoSideLobes) {
   const test::FrameMaker first = scene_of(0, 20, 33e-4), second = scene_of(0, 25, 33e-4);
   FrameEstimator estimator = several(first, 2);
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
@@ -99,7 +99,7 @@ TEST(CrossingTargets, APathThatBendsIsOneTarget) {
 }
 
 // A weak one that moves away from a bright one, or through it, is no tail: no tail moves. Its range
-// may be in doubt, where half of its light is at a shoulder of its comb.
+// may be in doubt, where half of its light is at a side lobe of its comb.
 TEST(CrossingTargets, AWeakOneThatMovesOtherwiseIsFound) {
   struct {
     double delay_ns, apart_mps;

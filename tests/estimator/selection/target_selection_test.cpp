@@ -69,10 +69,10 @@ TEST(TargetSelection, FourAreFoundWhereFourMayBe) {
   }
 }
 
-// 180 ns before a target half of its comb falls on itself, and 189 ns before it the other half. A
-// target there, off by four widths, spreads the photons of the first one as two targets would, and
-// is where it is.
-TEST(TargetSelection, TheShoulderOfAnotherIsNoSecondOfAPair) {
+// 180 ns before a target is a side lobe of half of its comb, 189 ns before it one of the other
+// half. A target there, off by four widths, spreads the photons of the first one as two targets
+// would, and is where it is.
+TEST(TargetSelection, TheSideLobeOfAnotherIsNoSecondOfAPair) {
   const test::FrameMaker first = scene_of();
   FrameEstimator estimator = several(first, 2);
   for (const double period_ns : {180.0, 189.0}) {
@@ -319,7 +319,7 @@ TEST(TargetSelection, EstimatesDoNotAllocate) {
   const double s = 60e-4;
   const test::FrameMaker first = scene_of(0, 20, s);
   FrameEstimator estimator = several(first, 4);
-  // A pair, a row of three, a pair with two other places, and the shoulder of another target.
+  // A pair, a row of three, a pair with two other places, and a side lobe of another target.
   const std::vector<std::vector<test::FrameMaker>> others = {
       {scene_of(0.4, 20, s)},
       {scene_of(0.4, 20, s), scene_of(0.8, 20, s)},
