@@ -43,7 +43,7 @@ std::string RegularFile::read(std::size_t max_bytes) const {
     text.append(some.data(), static_cast<std::size_t>(got));
     if (text.size() > max_bytes) {
       refuse("has more than " + std::to_string(max_bytes >> 20U) +
-             " MiB, the most that is read of such a file; is it the right one?");
+             " MiB, the most that splid reads of such a file; is it the right file?");
     }
   }
   return text;

@@ -53,7 +53,7 @@ std::optional<std::string> socket_address_fault(const std::string& text) {
   if (!text.starts_with(tcp_prefix)) return "must begin with unix: or tcp:";
   const std::size_t colon = text.rfind(':');
   if (colon <= tcp_prefix.size() || !is_port(std::string_view(text).substr(colon + 1))) {
-    return "is no host and port; write tcp:HOST:PORT, such as tcp:192.168.1.20:9880";
+    return "is not a host and port; write tcp:HOST:PORT, such as tcp:192.168.1.20:9880";
   }
   if (text[tcp_prefix.size()] == '/') {
     return "has slashes, which a bridge's address has not; write tcp:" +

@@ -46,9 +46,8 @@ double micro_step_s(std::string_view settings) {
   const std::optional<double> gain = setting(settings, "SP_TAC_G");
   if (!range_s || !gain) {
     refuse_spc(
-        "a .spc file does not say how long a step of its micro time is, and no settings file "
-        "beside it does (the same name with .set, and in it SP_TAC_R and SP_TAC_G); save the "
-        "settings beside the recording");
+        "a .spc file lacks the length of its micro time steps; save the settings (SP_TAC_R and "
+        "SP_TAC_G) beside the recording, under the same name with .set");
   }
   const double step_s = *range_s / *gain / static_cast<double>(micro_steps);
   if (!(step_s >= 1e-15 && step_s <= 1e-3)) {

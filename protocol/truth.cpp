@@ -77,7 +77,7 @@ json parse(const std::string& text) {
     if (object.is_object()) return object;
   } catch (const json::parse_error& error) {
     throw Error(Fault::data, "truth: no JSON at byte " + std::to_string(error.byte) +
-                                 "; write the file anew with the simulator");
+                                 "; simulate the scene again");
   } catch (const json::out_of_range& error) {
     throw Error(Fault::data,
                 std::string("truth: a number is too large for a double: ") + error.what());

@@ -93,7 +93,7 @@ Outcome merge_slices(const Folder& folder, const Recording& recording) {
     folder.remove_slices(recording);
     return done(recording, *summary);
   }
-  if (key.empty()) return not_done(folder, recording, "nothing of it is measured");
+  if (key.empty()) return not_done(folder, recording, "no part of it was measured");
   const auto end = folder.read(recording, end_of_recording, key);
   const auto checksum = folder.read(recording, checksum_of_recording, key);
   const std::vector<SliceHead> slices = folder.slices(recording, key);

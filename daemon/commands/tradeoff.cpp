@@ -346,8 +346,8 @@ void add_options(CLI::App& command, TradeoffCommand& options) {
       ->check(number_above_zero());
   command
       .add_option("--velocity-std", options.velocity_std_mps,
-                  "Measure nothing: say which dwell of a scan gives the velocity this standard "
-                  "deviation, m/s")
+                  "Print the dwell of a scan that gives the velocity this standard deviation, m/s; "
+                  "measure nothing")
       ->check(number_above_zero());
   command.add_flag("--paper", options.paper,
                    "Also measure the method of the paper, up to tens of times slower");

@@ -250,7 +250,7 @@ void PhotonHdf5File::read_block(Array& array, std::uint64_t begin, std::size_t v
   refuse_photons(
       array.path + " cannot be read from value " + std::to_string(begin) +
       " on: it is cut or damaged there, or packed by a filter that Debian's HDF5 library "
-      "does not have; where h5dump reads it, h5repack -f GZIP=5 packs it anew");
+      "does not have; if h5dump reads it, pack it again with h5repack -f GZIP=5");
 }
 
 void PhotonHdf5File::refuse_row(const Array& array, std::size_t i, const std::string& why) const {

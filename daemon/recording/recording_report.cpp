@@ -123,7 +123,7 @@ std::string report_t3(const RecordingInfo& info) {
   const double period_ps = info.header.sync_period_s * 1e12;
   std::string text = fmt::format(
       "  sync period    {:>15.6f} ps, as the header has it: T3 counts syncs and does not time "
-      "them,\n                 so that frames say nothing of the pattern's drift and jitter\n",
+      "them,\n                 so that frames have no drift and no jitter of the pattern\n",
       period_ps);
   for (const std::string& doubt : doubts_of_t3(info, period_ps, PulseOptions{}.sigma_ps)) {
     text += "  warning: " + doubt + "\n";

@@ -168,13 +168,13 @@ nlohmann::json TimeController::tell_data_link(const std::string& text, const Idl
 nlohmann::json TimeController::read_reply(const std::string& reply) const {
   if (reply.find_first_not_of(" \r\n") == std::string::npos) return nullptr;
   nlohmann::json value = json_value_if_any(reply);
-  if (value.is_discarded()) throw Refusal(data_link_.whose() + " answers what is no JSON");
+  if (value.is_discarded()) throw Refusal(data_link_.whose() + " sends an answer that is not JSON");
   const auto error = value.is_object() ? value.find("error") : value.end();
   if (error == value.end() || error->is_null()) return value;
   const auto words = error->is_object() ? error->find("description") : error->end();
   const bool is_told = words != error->end() && words->is_string();
   throw Refusal(data_link_.whose() + " refuses: " +
-                (is_told ? first_line(words->get<std::string>()) : "it does not tell why"));
+                (is_told ? first_line(words->get<std::string>()) : "it gives no reason"));
 }
 
 void TimeController::ask_count(std::size_t input) {
@@ -188,7 +188,7 @@ std::optional<TimeController::Count> TimeController::count() {
   const auto number = [&](const char* key) {
     const auto member = value.is_object() ? value.find(key) : value.end();
     if (member == value.end() || !member->is_number_integer() || *member < 0) {
-      throw Refusal(data_link_.whose() + " tells no " + key);
+      throw Refusal(data_link_.whose() + " sends no " + key);
     }
     return member->get<std::int64_t>();
   };

@@ -152,7 +152,8 @@ std::vector<std::string> doubts_of_t3(const RecordingInfo& info, double period_p
   if (tick_ps > pulse_sigma_ps) {
     doubts.push_back("photons' times have steps of " + number_text(tick_ps) +
                      " ps, which are coarser than pulses of " + number_text(pulse_sigma_ps) +
-                     " ps: frames know less than their deviations say; record with finer steps, or "
+                     " ps: errors are larger than the standard deviations of frames; record with "
+                     "finer steps, or "
                      "in T2 mode");
   }
   if (info.saturated_photons > 0) {

@@ -69,8 +69,8 @@ void Tags16Options::describe(OptionVisitor& visitor) {
 std::optional<OptionFault> Tags16Options::validate() const {
   if (!parse_id(usb_id)) {
     return OptionFault{"/usb_id", "\"" + usb_id +
-                                      "\" is no USB id; it is four hexadecimal digits, a colon and "
-                                      "four more, such as \"1209:0001\""};
+                                      "\" is not a USB id; write four hexadecimal digits, a colon "
+                                      "and four digits, such as \"1209:0001\""};
   }
   if (!parse_endpoint(endpoint)) {
     return OptionFault{"/endpoint",

@@ -182,8 +182,7 @@ std::string Tdc2Instrument::tend(Device& device, TagSink& sink) {
   const std::uint64_t strays = decoder_.strays() + cut_records_;
   const std::uint64_t more = strays - std::exchange(told_strays_, strays);
   if (more == 0) return told;
-  return (told.empty() ? told : told + "; ") + std::to_string(more) +
-         " of its records are none that can be";
+  return (told.empty() ? told : told + "; ") + std::to_string(more) + " of its records are invalid";
 }
 
 // Makes a heartbeat that is not later than any record that is still to come.
@@ -231,10 +230,10 @@ std::string Tdc2Instrument::count_unreadable(const Device& device, TagSink& sink
 
 void Tdc2Instrument::watch_records(const Device& device) const {
   if (!decoder_.is_adrift() || Clock::now() - fitted_ < nonsense_patience) return;
-  throw DeviceError(device.name() +
-                        ": what it sends is no records, or parts of them; it is opened "
-                        "anew; look at its cable",
-                    0);
+  throw DeviceError(
+      device.name() +
+          ": it sends invalid or incomplete records; splid opens it again; check its cable",
+      0);
 }
 
 void Tdc2Instrument::decode(std::span<const std::byte> bytes, TagSink& sink) {

@@ -11,7 +11,7 @@ const char* advice(int code) {
       return "; install systemd/60-splid.rules as /etc/udev/rules.d/60-splid.rules, join the group "
              "splid and plug it in again";
     case LIBUSB_ERROR_BUSY:
-      return "; another program or a kernel driver holds it: end that one";
+      return "; another program or a kernel driver uses it: end that program";
     case LIBUSB_ERROR_NO_MEM:
       return "; the kernel's room for USB buffers is used up: lower source.transfers or raise "
              "/sys/module/usbcore/parameters/usbfs_memory_mb";

@@ -72,7 +72,7 @@ std::optional<OptionFault> EstimatorOptions::validate(const SceneOptions& scene)
   };
   if (scene.targets > 1) {
     return refuse("scene.targets is " + std::to_string(scene.targets) +
-                      ", and the method of [P] knows one target",
+                      ", and the method of [P] has one target",
                   "scene.targets 1");
   }
   if (scene.motion == Motion::accelerating) {
@@ -94,9 +94,10 @@ void PulseOptions::describe(OptionVisitor& visitor) {
 
 std::optional<OptionFault> PulseOptions::validate(const EstimatorOptions& estimator) const {
   if (width == PulseWidth::fixed || estimator.method == Method::search) return std::nullopt;
-  return OptionFault{"/width",
-                     "is \"fitted\", but the method of [P] fits none; take estimator.method "
-                     "\"search\", or pulse.width \"fixed\""};
+  return OptionFault{
+      "/width",
+      "is \"fitted\", but the method of [P] does not fit the width; take estimator.method "
+      "\"search\", or pulse.width \"fixed\""};
 }
 
 void DetectorOptions::describe(OptionVisitor& visitor) {

@@ -63,7 +63,7 @@ void Client::fail_silent() const {
   using State = security::HandshakeWatch::State;
   const State state = socket_->watch.state();
   if (state == State::pending) fail("; is the service running?");
-  if (state == State::connected) fail(": it let this client in, and said nothing for 10 s");
+  if (state == State::connected) fail(": it accepted this client, but sent nothing for 10 s");
   throw Error(Fault::device, in_words(state, endpoint_, keys_ ? &*keys_ : nullptr));
 }
 

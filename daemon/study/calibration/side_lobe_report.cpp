@@ -15,9 +15,9 @@ constexpr double most_photons_said = 1e9;
 constexpr double m_per_ps_of_delay = speed_of_light_mps * 1e-12 / 2;
 
 std::string photons_in_words(double photons) {
-  if (photons > most_photons_said) return "no number of signal photons tells it";
+  if (photons > most_photons_said) return "no number of signal photons tells them apart";
   return grouped(static_cast<std::uint64_t>(std::ceil(photons))) +
-         " signal photons a frame tell it";
+         " signal photons a frame tell them apart";
 }
 
 }  // namespace

@@ -24,9 +24,9 @@ std::optional<SideLobe> hardest_delay(const Pattern& pattern, const PulseShape& 
 // The light of a calibrated pattern: its background and signal during the calibration.
 PatternLight light_of(const Pattern& pattern, double background_photons);
 
-// "hardest to tell from the right delay: 180 ns (26.98 m) away, 17 signal photons a frame tell it";
-// empty where hardest_delay() is absent. For a calibrated pattern it also says whether a frame of
-// length_ms has that many photons.
+// "hardest to tell from the right delay: 180 ns (26.98 m) away, 17 signal photons a frame tell them
+// apart"; empty where hardest_delay() is absent. For a calibrated pattern it also says whether a
+// frame of length_ms has that many photons.
 std::string describe_side_lobe(const Pattern& pattern, const PulseShape& shape, double length_ms);
 
 }  // namespace splid::calibration
