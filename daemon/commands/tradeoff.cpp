@@ -275,7 +275,8 @@ int tell_dwell(const Config& config, const std::optional<ScanLines>& scan,
   const auto one = tradeoff::dwell_ms(config, light, std_mps, 1);
   const auto pooled = tradeoff::dwell_ms(config, light, std_mps, pooled_pixels);
   fmt::print(
-      "a velocity deviation of {:g} m/s takes dwells of {}, at {:.3g} detections a pulse and "
+      "a standard deviation of the velocity of {:g} m/s needs dwells of {}, at {:.3g} detections a "
+      "pulse and "
       "{:.3g} a second of other light; {} where 3 x 3 pixels are pooled\n",
       std_mps, dwell_in_words(one), light.signal_per_pulse, light.background_per_s,
       dwell_in_words(pooled));

@@ -179,12 +179,12 @@ void check_rest(const Plan& plan, const RestReport& rest) {
                "electronics that drift");
   }
   if (rest.wanders() && rest.wander_ps > plan.goal.std_time_ps) {
-    refuse(plan,
-           "the target moves to and fro: its delay wanders by " +
-               fmt::format(
-                   "{:.3g} ps rms ({:.3g} mm, {:.3g} deviations more than the photons' noise),",
-                   rest.wander_ps, rest.wander_ps * m_per_ps * mm_per_m, rest.wander_deviations) +
-               allowed + "; record a target at rest");
+    refuse(plan, "the target moves to and fro: its delay wanders by " +
+                     fmt::format("{:.3g} ps rms ({:.3g} mm, {:.3g} standard deviations more than "
+                                 "the photons' noise),",
+                                 rest.wander_ps, rest.wander_ps * m_per_ps * mm_per_m,
+                                 rest.wander_deviations) +
+                     allowed + "; record a target at rest");
   }
 }
 

@@ -147,7 +147,7 @@ std::string in_words(ErrorsAgainst reference) {
     case ErrorsAgainst::neighbours:
       break;
   }
-  return "no truth: errors are each frame's deviation from the cubic through its four neighbours "
+  return "no truth: errors are each frame's difference from the cubic through its four neighbours "
          "(effort balanced), freed of their own noise; a constant error does not show";
 }
 
