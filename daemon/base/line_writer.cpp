@@ -15,7 +15,7 @@ bool LineWriter::write(const std::string& line) {
   if (written) return true;
   open_ = false;
   if (errno == EPIPE) return false;
-  throw Error(Fault::device, name_ + ": " + std::strerror(errno) + "; the line is not all there");
+  throw Error(Fault::device, name_ + ": " + std::strerror(errno) + "; the line is incomplete");
 }
 
 }  // namespace splid

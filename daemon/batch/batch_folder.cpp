@@ -62,7 +62,7 @@ json read_manifest(const std::string& folder) {
                       manifest.contains("recordings") && manifest["recordings"].is_array();
   if (is_one) return manifest;
   throw Error(Fault::usage, place_of_manifest(folder) +
-                                ": is no list of a batch; give a folder of its own with --output");
+                                ": is not the list of a batch; give another folder with --output");
 }
 
 // Files whose name begins with batch.json may be those of a shard that begins at the same time.

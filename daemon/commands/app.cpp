@@ -83,7 +83,7 @@ int flushed(int exit_code) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
   if (errno == EPIPE || reader_has_left()) return exit_code;
   throw Error(Fault::device, std::string("standard output: ") + std::strerror(errno) +
-                                 "; what was printed is not all there");
+                                 "; the output is incomplete");
 }
 
 std::string suggested(std::string_view word, const std::vector<std::string>& names) {

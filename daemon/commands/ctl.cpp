@@ -53,9 +53,10 @@ std::string endpoint_of(const CtlCommand& options) {
   }
   const bool is_tcp = endpoint.starts_with("tcp://");
   if (is_tcp == options.key.empty() || is_tcp == options.server_key.empty()) {
-    throw Error(Fault::usage, "endpoint " + endpoint +
-                                  ": --key and --server-key go with tcp://, both, and with nothing "
-                                  "else: who is asking, and whom (splid keys makes the first)");
+    throw Error(Fault::usage,
+                "endpoint " + endpoint +
+                    ": --key and --server-key go with tcp://, both, and with nothing else: your "
+                    "secret key (splid keys makes it), and the server's .key file");
   }
   return endpoint;
 }

@@ -83,7 +83,9 @@ forward::Destination destination_of(const ForwardCommand& command) {
 
 std::optional<security::CurveClient> daemon_client(const ForwardCommand& command) {
   if (command.key.empty() != command.server_key.empty()) {
-    throw Error(Fault::usage, "--key and --server-key go together: who is asking, and whom");
+    throw Error(Fault::usage,
+                "--key and --server-key go together: your secret key (splid keys makes it), and "
+                "the server's .key file");
   }
   if (command.key.empty()) return std::nullopt;
   return security::CurveClient{

@@ -373,8 +373,8 @@ int listen(ListenCommand options) {
   const StopSignals signals;
   if (options.key.empty() != options.server_key.empty()) {
     throw Error(Fault::usage,
-                "--key and --server-key go together: who is asking, and whom; splid keys makes the "
-                "first, the server's .key file is the second");
+                "--key and --server-key go together: your secret key (splid keys makes it), and "
+                "the server's .key file");
   }
   if (options.topics.empty()) options.topics = {topic_frame};
   if (options.limits.any() && options.truth.empty()) {

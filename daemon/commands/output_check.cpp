@@ -40,9 +40,10 @@ void check_is_pattern_or_new(const std::string& file) {
   const bool is_pattern = json.is_object() && json.contains("schema") &&
                           json["schema"].is_string() && json["schema"] == "splid.pattern";
   if (is_pattern) return;
-  throw Error(Fault::usage, "--output " + file +
-                                ": the file exists and is no pattern; give another name, or remove "
-                                "it first");
+  throw Error(Fault::usage,
+              "--output " + file +
+                  ": the file exists and is not a pattern; give another name, or remove "
+                  "it first");
 }
 
 }  // namespace splid

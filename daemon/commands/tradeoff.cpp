@@ -195,7 +195,7 @@ void write_files(const TradeoffCommand& options, const tradeoff::Report& report)
   write_file(options.csv, tradeoff::to_csv(report));
   log_info("the table is in {}", options.csv);
   if (!knows_an_error(report)) {
-    log_warning("{} is not drawn: no error is known of any setting", options.plot);
+    log_warning("{} is not drawn: no setting has a known error", options.plot);
     return;
   }
   draw_plot({"tradeoff", options.csv, options.plot});
@@ -257,8 +257,8 @@ tradeoff::DwellLight light_of(const Config& config, const tradeoff::FrameOrigin&
   if (origin.truth) return tradeoff::light_of(*origin.truth);
   throw Error(Fault::usage,
               "--velocity-std: " + origin.name +
-                  " has no truth, FILE.truth.json, that tells how much light comes back; leave the "
-                  "recording out, and write the light that splid replay found into " +
+                  " has no FILE.truth.json with its signal; leave the recording out, and write the "
+                  "signal and background that splid replay found into " +
                   config.file + ": source.signal_per_pulse and ambient_per_s of the simulator");
 }
 

@@ -24,8 +24,8 @@ struct ViewCommand {
 std::optional<security::CurveClient> viewing_client(const ViewCommand& options) {
   if (options.key.empty() != options.server_key.empty()) {
     throw Error(Fault::usage,
-                "--key and --server-key go together: who is asking, and whom; splid keys makes the "
-                "first, the server's .key file is the second");
+                "--key and --server-key go together: your secret key (splid keys makes it), and "
+                "the server's .key file");
   }
   if (options.key.empty()) return std::nullopt;
   return security::CurveClient{

@@ -131,7 +131,7 @@ void check_smear(const Plan& plan, const TargetMotion& track) {
   refuse(plan, "the target moves: its delay changes by " +
                    fmt::format("{:.3g} ns", motion->moved_ps / 1e3) + " (" +
                    velocity(motion->delay_rate_ps_per_s, motion->std_delay_rate_ps_per_s) +
-                   " on average), and smears all pulses as much; record a target at rest");
+                   " on average), which widens all pulses by as much; record a target at rest");
 }
 
 constexpr double photons_slack = 1.01;  // of the signal above all photons, by the fit's rounding
@@ -150,7 +150,7 @@ void check_photons(const Plan& plan, const Calibration& found) {
                                        plan.goal.std_time_ps, 100 * plan.goal.std_amplitude);
   const std::string signal =
       "too few photons: " + grouped(static_cast<std::uint64_t>(found.signal_photons)) +
-      " of signal know the worst pulse ";
+      " signal photons determine the worst pulse ";
   const double more_s = found.seconds * (factor - 1);
   if (!(more_s < longest_recording_s)) {
     refuse(plan, signal + "to far less than " + goal +

@@ -187,7 +187,7 @@ std::string knee_line(const Report& report, double length_ms) {
   };
   std::string said =
       knee ? "knee: " + name(*knee)
-           : "no knee: " + shortage(report, length_ms).value_or("not all is known of any setting");
+           : "no knee: " + shortage(report, length_ms).value_or("no setting has all of its values");
   if (knee && alone && alone != knee) said += "; of frames on their own: " + name(*alone);
   return fmt::format("{:>7g}  ", length_ms) + said;
 }
