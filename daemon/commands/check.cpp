@@ -100,8 +100,21 @@ void check_config(const std::string& file) {
   throw Error(Fault::data, file + ": " + what);
 }
 
+// Whether a text is none that people name files by, but a place of `splid devices` or the name of
+// an instrument.
+bool is_an_instruments(const std::string& text) {
+  return text.starts_with("unix:") || text.starts_with("tcp:") ||
+         text.find_first_of("./") == std::string::npos;
+}
+
 void check_file(const std::string& file) {
   std::error_code unknown;
+  if (!std::filesystem::exists(file, unknown) && is_an_instruments(file)) {
+    throw Error(Fault::usage,
+                file +
+                    ": there is no file of that name; check takes files; an instrument is tried "
+                    "by splid devices --try PLACE, with a place that splid devices lists");
+  }
   if (std::filesystem::is_directory(file, unknown)) {
     throw Error(
         Fault::usage,

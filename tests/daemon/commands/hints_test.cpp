@@ -55,6 +55,16 @@ TEST_F(Hints, AConfigurationWithoutItsSchema) {
                                           "schema?"));
 }
 
+TEST_F(Hints, AnInstrumentInThePlaceOfAFile) {
+  for (const char* name : {"001:002", "unix:/nowhere/bridge.sock", "tcp:10.0.0.6:9880", "tdc2"}) {
+    expect_error({"check", name}, HasSubstr(std::string(name) +
+                                            ": there is no file of that name; check takes files; "
+                                            "an instrument is tried by splid devices --try "));
+  }
+  expect_error({"check", "/nowhere/splid.json"},
+               AllOf(HasSubstr("No such file"), Not(HasSubstr("--try"))));
+}
+
 TEST_F(Hints, OptionsBeforeTheCommand) {
   expect_error({"--config", config, "replay", "a.ptu"},
                HasSubstr("options stand behind the command; write splid replay --config ..."));
