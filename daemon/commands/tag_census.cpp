@@ -16,13 +16,17 @@ std::string channel_name(TagKind kind, std::int32_t value) {
   return (kind == TagKind::marker ? "marker:" : "") + std::to_string(value);
 }
 
-std::optional<double> regular_period(std::vector<std::int64_t> times) {
-  if (times.size() < least_kept) return std::nullopt;
+std::vector<double> gaps_of(std::vector<std::int64_t> times) {
   std::sort(times.begin(), times.end());
   std::vector<double> gaps;
   for (std::size_t i = 1; i < times.size(); ++i) {
     gaps.push_back(static_cast<double>(times[i] - times[i - 1]));
   }
+  return gaps;
+}
+
+std::optional<double> regular_period(std::vector<double> gaps) {
+  if (gaps.size() + 1 < least_kept) return std::nullopt;
   const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
   std::nth_element(gaps.begin(), middle, gaps.end());
   const double median = *middle;
@@ -35,6 +39,26 @@ std::optional<double> regular_period(std::vector<std::int64_t> times) {
   }
   if (10 * regular < 9 * gaps.size()) return std::nullopt;
   return sum / static_cast<double>(regular);
+}
+
+// Where syncs come beside photons alone, gaps are whole numbers of periods, and the shortest is
+// one. The period is the mean of the gaps so far, from the shortest to the longest: each tells it
+// to a smaller part of the next.
+std::optional<double> sparse_period(std::vector<double> gaps) {
+  if (gaps.size() + 1 < least_kept) return std::nullopt;
+  std::sort(gaps.begin(), gaps.end());
+  double period = gaps.front(), sum = 0, periods = 0;
+  std::size_t fitting = 0;
+  for (const double gap : gaps) {
+    const double count = std::round(gap / period);
+    if (std::abs(gap - count * period) > period / 8) continue;
+    sum += gap;
+    periods += count;
+    period = sum / periods;
+    ++fitting;
+  }
+  if (10 * fitting < 9 * gaps.size()) return std::nullopt;
+  return period;
 }
 
 }  // namespace
@@ -55,7 +79,10 @@ void TagCensus::count(std::span<const Tag> tags) {
 std::map<std::string, TagCensus::Channel> TagCensus::channels() const {
   std::map<std::string, Channel> all;
   for (const auto& [channel, times] : times_) {
-    all[channel_name(channel.first, channel.second)] = {times.tags, regular_period(times.first_ps)};
+    const std::vector<double> gaps = gaps_of(times.first_ps);
+    auto period_ps = regular_period(gaps);
+    if (!period_ps && channel.first == TagKind::sync) period_ps = sparse_period(gaps);
+    all[channel_name(channel.first, channel.second)] = {times.tags, period_ps};
   }
   return all;
 }

@@ -19,7 +19,9 @@ class TagCensus {
   // Of the tags of one channel.
   struct Channel {
     std::uint64_t tags = 0;
-    // Where at least nine of ten gaps are equal to within a hundredth: the mean of these gaps.
+    // Where at least nine of ten gaps are equal to within a hundredth: the mean of these gaps. An
+    // instrument's own syncs may come beside photons alone: at least nine of ten gaps are then
+    // whole numbers of periods, to within an eighth of one.
     std::optional<double> period_ps;
   };
 

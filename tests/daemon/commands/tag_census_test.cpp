@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdint>
+#include <random>
 #include <vector>
 
 namespace splid {
@@ -59,6 +62,36 @@ TEST(TagCensus, AnInstrumentsOwnSyncsAreTheSync) {
   EXPECT_EQ(census.sync(), "sync");
   EXPECT_THAT(census.photons(), ElementsAre("2"));
   EXPECT_EQ(census.channels().at("marker:2").tags, 1U);
+}
+
+// As a BrightEyes-TTM and some PicoQuant instruments send them.
+TEST(TagCensus, SyncsBesidePhotonsAloneHaveTheirPeriod) {
+  std::mt19937 random(3);
+  std::exponential_distribution<double> periods(1 / 200.0);
+  std::normal_distribution<double> jitter_ps(0, 50);
+  std::vector<Tag> syncs;
+  double period = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    period += 1 + std::floor(periods(random));
+    syncs.push_back(sync_tag(std::llround(period * 12'512.626 + jitter_ps(random))));
+  }
+  TagCensus census;
+  census.count(syncs);
+  EXPECT_NEAR(census.channels().at("sync").period_ps.value_or(0), 12'512.626, 1e-3);
+}
+
+TEST(TagCensus, SyncsAtAnyTimeHaveNoPeriod) {
+  std::mt19937 random(4);
+  std::exponential_distribution<double> gap_ps(1e-6);
+  std::vector<Tag> syncs;
+  double at_ps = 0;
+  for (int i = 0; i < 1000; ++i) {
+    at_ps += 50'000 + gap_ps(random);
+    syncs.push_back(sync_tag(std::llround(at_ps)));
+  }
+  TagCensus census;
+  census.count(syncs);
+  EXPECT_FALSE(census.channels().at("sync").period_ps);
 }
 
 TEST(TagCensus, LossesCount) {

@@ -2,13 +2,18 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <cstdint>
 #include <memory>
+#include <random>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "tests/support/program.hpp"
+#include "tests/support/stream_firmware.hpp"
 #include "tests/support/tdc2_firmware.hpp"
 #include "tests/support/temp_folder.hpp"
+#include "tests/support/ttm_sender.hpp"
 #include "tests/support/usb_double.hpp"
 
 // `splid devices` as a program, with emulated USB devices.
@@ -19,6 +24,7 @@ namespace {
 using test::ProgramResult;
 using test::Tdc2Firmware;
 using test::UsbDouble;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 const test::UsbDoubleOptions tdc2 = {{0x3137, 0x200a}, "TDC2-0042", {0x01, 0x81, 0x82}};
@@ -108,6 +114,32 @@ TEST_F(DevicesProgram, AnInstrumentIsTriedAndItsConfigurationPrinted) {
   const ProgramResult check = test::run_program({"check", folder.write("config.json", config)});
   EXPECT_EQ(check.exit_code, 0) << check.err;
   EXPECT_THAT(check.out, HasSubstr("source   tdc2"));
+}
+
+// Its syncs come beside photons alone.
+TEST_F(DevicesProgram, ABrightEyesIsTriedWithThePeriodOfItsSyncs) {
+  std::mt19937 random(5);
+  test::TtmSender sender([&](std::int64_t begin_ps, std::int64_t end_ps) {
+    constexpr std::int64_t period_ps = 1'000'000;
+    std::vector<test::TtmEvent> events;
+    for (std::int64_t at_ps = begin_ps; at_ps < end_ps; at_ps += period_ps) {
+      events.push_back({at_ps, test::TtmEvent::laser});
+      if (random() % 10 == 0) events.push_back({at_ps + 400'000, at_ps % 2'000'000 == 0 ? 3 : 12});
+    }
+    return events;
+  });
+  test::StreamFirmware sends([&](std::span<std::byte> room) { return sender(room); });
+  UsbDouble device({{0x04b4, 0x00f1}, "TTM-5"}, sends);
+  device.plug();
+  const ProgramResult result = devices({"--try", "001:002", "--seconds", "0.5"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out,
+              ::testing::MatchesRegex("input 12 +[0-9]+ /s\ninput 3 +[0-9]+ /s\n"
+                                      "sync +[0-9]+ /s   one each (1000\\.00|999\\.99)[0-9] ns\n"
+                                      "losses +0\n\n\\{\n(.|\n)*"));
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("\"driver\": \"brighteyes-ttm\""), HasSubstr("\"serial\": \"TTM-5\""),
+                    HasSubstr("\"sync\": \"sync\"")));
 }
 
 TEST_F(DevicesProgram, ADarkInstrumentIsADeviceError) {
