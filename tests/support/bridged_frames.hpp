@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <memory>
 #include <sstream>
@@ -16,6 +18,8 @@
 
 namespace splid::test {
 
+inline constexpr const char* words_before_endpoint = "publishing at ";
+
 // A laser's syncs come each 12.5 ns, and all of a frame fit into the ring.
 inline constexpr const char* short_frames =
     R"(,"frame":{"length_ms":10},"pipeline":{"ring_capacity_tags":1048576})";
@@ -25,6 +29,11 @@ inline std::string lasting(nlohmann::json frame, std::int64_t origin_ps = 0) {
   for (const char* name : {"timestamp", "compute_ms", "latency_ms"}) frame.erase(name);
   frame["start_ps"] = std::to_string(std::stoll(frame["start_ps"].get<std::string>()) - origin_ps);
   return frame.dump();
+}
+
+// Whether it logs these words before long.
+inline bool says(const Program& program, const std::string& words) {
+  return eventually([&] { return program.err().find(words) != std::string::npos; });
 }
 
 // The frames of a recording's replay.
@@ -41,24 +50,15 @@ inline std::vector<std::string> replayed(const std::string& recording, const std
   return frames;
 }
 
-// As many frames of a `splid run`, from the first. start: starts the bridge, and its instrument
-// once splid has connected, which says_absence tells: words that splid then logs.
-inline std::vector<std::string> bridged(const std::string& config, std::size_t count,
-                                        const std::function<std::unique_ptr<Program>()>& start,
-                                        const std::string& says_absence,
-                                        const std::function<void()>& plug_in) {
+// As many frames of a `splid run`, from the first. begin: makes its source send, once it publishes.
+inline std::vector<std::string> live(const std::string& config, std::size_t count,
+                                     const std::function<void(const Program& splid)>& begin) {
   const Program splid({"run", "--config", config});
-  const std::string words = "publishing at ";
-  const auto says = [&](const std::string& text) {
-    return eventually([&] { return splid.err().find(text) != std::string::npos; });
-  };
-  EXPECT_TRUE(says(words));
+  EXPECT_TRUE(says(splid, words_before_endpoint));
   const std::string err = splid.err();
-  const auto at = err.find(words) + words.size();
+  const auto at = err.find(words_before_endpoint) + std::strlen(words_before_endpoint);
   sockets::Subscriber subscriber(err.substr(at, err.find_first_of(" \n", at) - at), {"frame"});
-  const auto bridge = start();
-  EXPECT_TRUE(says(says_absence)) << bridge->err();
-  plug_in();
+  begin(splid);
   std::vector<std::string> frames;
   EXPECT_TRUE(eventually([&] {
     while (frames.size() < count) {
@@ -67,8 +67,23 @@ inline std::vector<std::string> bridged(const std::string& config, std::size_t c
       frames.push_back(lasting(json_value(message->json)));
     }
     return true;
-  })) << bridge->err()
-      << splid.err();
+  })) << splid.err();
+  return frames;
+}
+
+// The same of one whose source is a bridge. start: starts the bridge, and plug_in its instrument
+// once splid has connected, which says_absence tells: words that splid then logs.
+inline std::vector<std::string> bridged(const std::string& config, std::size_t count,
+                                        const std::function<std::unique_ptr<Program>()>& start,
+                                        const std::string& says_absence,
+                                        const std::function<void()>& plug_in) {
+  std::unique_ptr<Program> bridge;
+  std::vector<std::string> frames = live(config, count, [&](const Program& splid) {
+    bridge = start();
+    EXPECT_TRUE(says(splid, says_absence)) << bridge->err();
+    plug_in();
+  });
+  EXPECT_EQ(frames.size(), count) << bridge->err();
   return frames;
 }
 

@@ -50,15 +50,18 @@ class TtmEncoder {
   // Its taps are 32 ps long in the first half of the period, and 64 ps in the second.
   bool is_bent = false;
 
-  // The code that the delay line gives a hit that long before the clock's edge.
-  [[nodiscard]] int code_of(double before_edge_ps) const {
+  static std::int64_t period_of(std::int64_t time_ps) { return (time_ps * 3 + 12'499) / 12'500; }
+
+  // The code that the delay line gives a hit that long before the clock's edge, in thirds of a ps:
+  // a period has 12,500.
+  [[nodiscard]] int code_of(std::int64_t before_edge) const {
     if (is_bent) {
-      constexpr double half_ps = 65 * 32;
-      return static_cast<int>(before_edge_ps < half_ps ? before_edge_ps / 32
-                                                       : 65 + (before_edge_ps - half_ps) / 64);
+      constexpr std::int64_t half = 65 * 96;
+      return static_cast<int>(before_edge < half ? before_edge / 96
+                                                 : 65 + (before_edge - half) / 192);
     }
-    const int pairs = static_cast<int>(before_edge_ps / 96);
-    return 2 * pairs + (before_edge_ps - 96 * pairs < 32 ? 0 : 1);
+    const std::int64_t pairs = before_edge / 288;
+    return static_cast<int>(2 * pairs + (before_edge - 288 * pairs < 96 ? 0 : 1));
   }
 
  private:
@@ -77,7 +80,6 @@ class TtmEncoder {
   static std::size_t place_of(int what) {
     return static_cast<std::size_t>(what == TtmEvent::laser ? inputs : what);
   }
-  static std::int64_t period_of(std::int64_t time_ps) { return (time_ps * 3 + 12'499) / 12'500; }
 
   void add(const TtmEvent& event, std::int64_t period) {
     record_.period = period;
@@ -87,9 +89,7 @@ class TtmEncoder {
       high_until_.at(event.what == TtmEvent::frame ? 0 : 1) = period + 1000;
       record_.is_wanted = true;
     } else {
-      const double edge_ps = static_cast<double>(period) * 12'500 / 3;
-      record_.codes.at(place_of(event.what)) =
-          code_of(edge_ps - static_cast<double>(event.time_ps));
+      record_.codes.at(place_of(event.what)) = code_of(period * 12'500 - event.time_ps * 3);
       record_.is_wanted |= !drops && (event.what < inputs || photon_since_laser_ || !filters_laser);
       photon_since_laser_ = event.what < inputs;
     }
