@@ -4,8 +4,8 @@
 # page that a source file names. Tables, code and pictures may be wider, as they cannot be broken. No
 # two tables of a page begin with the same header and row, as where one was put in the place of another.
 # Pages of the manual begin with the most words that they may have; code and generated parts do not
-# count. All of them together have a limit too, and so have the reference and the guides. No page and
-# no source has a phrase that readers stumbled over.
+# count. All of them together have a limit too, and so have the reference and the guides. The pages of
+# instruments have one shape. No page and no source has a phrase that readers stumbled over.
 #
 #   pages_test.sh ROOT     ROOT: the source tree
 set -eu
@@ -86,6 +86,17 @@ grep '^docs/reference/' "$scratch/words" >"$scratch/reference"
 hold "the reference" 2700 <"$scratch/reference"
 grep '^docs/guide/' "$scratch/words" | grep -vE '/(first-hour|model)[.]md' >"$scratch/guides"
 hold "the guide, without the first hour and the models," 9900 <"$scratch/guides"
+
+# The pages of instruments that send tags have one shape, with five commands.
+for name in brighteyes-ttm idq picoquant swabian tdc2 usb; do
+  page=docs/guide/instruments/$name.md
+  shape=$(sed -n 's/^## //p' "$page" | grep -E '^(What you need|Five commands|What goes wrong)$' | tr '\n' ';')
+  commands=$(awk '/^## / { here = $0 == "## Five commands" } here && /^    / { print }' "$page" | wc -l)
+  if [ "$shape $commands" != "What you need;Five commands;What goes wrong; 5" ]; then
+    echo "FAIL: $page has $shape and $commands commands: What you need, Five commands, What goes wrong are expected"
+    failed=1
+  fi
+done
 
 # No comment, help or error has such a phrase either.
 if grep -rnwIE "$phrases" protocol estimator drivers config daemon python bench scripts systemd --exclude-dir=data \
