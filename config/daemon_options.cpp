@@ -105,8 +105,8 @@ void FrameOptions::describe(OptionVisitor& visitor) {
   visitor.text("by", by,
                "time: frames of length_ms; marker:N: from one marker to the next; "
                "line:START:STOP:PIXELS: a line of a scan from marker START to marker STOP, cut "
-               "into PIXELS dwells, a frame each; auto: the lines that a recording's header tells "
-               "of, else time");
+               "into PIXELS dwells, a frame each; auto: the lines that a recording's header or a "
+               "simulated scanner tells of, else time");
   visitor.number("min_seen_fraction", min_seen_fraction, {0, 1},
                  "a frame is incomplete if losses leave a smaller fraction of it");
 }

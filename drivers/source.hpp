@@ -55,7 +55,7 @@ struct SourceInfo {
   // The syncs were counted and not timed: times are in the generator's own clock, in which a
   // pattern period has one length, so that its drift and jitter are unknown.
   bool syncs_are_counted = false;
-  // The scan that a recording's header tells of; absent where there is none.
+  // The scan that a recording's header or a simulated scanner tells of; absent where there is none.
   std::optional<ScanLines> scan = {};
 };
 

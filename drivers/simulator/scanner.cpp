@@ -38,6 +38,10 @@ std::optional<std::size_t> Scanner::pixel_at(std::int64_t time_ps) const {
   return static_cast<std::size_t>(row * columns_ + column);
 }
 
+ScanLines Scanner::lines() const {
+  return {start_bits_, stop_bits_, columns_, frame_bits_, rows_, both_ways_, 0};
+}
+
 void Scanner::take_marker() {
   if (marker_.bits == stop_bits_) {
     ++line_;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "drivers/simulator/scanner_options.hpp"
+#include "protocol/scan_lines.hpp"
 
 namespace splid::simulator {
 
@@ -25,6 +26,9 @@ class Scanner {
   // The pixel, row * columns + column of the picture. Absent before the first line and between two
   // lines. time_ps: since the stream's start.
   [[nodiscard]] std::optional<std::size_t> pixel_at(std::int64_t time_ps) const;
+
+  // How a program cuts the scan into its dwells.
+  [[nodiscard]] ScanLines lines() const;
 
   // The first marker that was not taken. Of a stop and a start at one time the stop is the first.
   [[nodiscard]] const Marker& next_marker() const { return marker_; }

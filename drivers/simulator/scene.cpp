@@ -18,13 +18,8 @@ std::uint64_t seed_of(const Options& options) { return static_cast<std::uint64_t
 
 double gap_ps(double rate_per_s) { return rate_per_s > 0 ? ps_per_s / rate_per_s : 0; }
 
-std::optional<Scanner> scanner_of(const Options& options) {
-  if (!options.scanner.used()) return std::nullopt;
-  return Scanner(options.scanner, options.array.columns, options.array.rows);
-}
-
 SignalStream first_signal(const Pattern& pattern, const Options& options) {
-  const std::optional<Scanner> scanner = scanner_of(options);
+  const std::optional<Scanner> scanner = options.scanner_in_use();
   if (!scanner) {
     return {pattern, options.detection, drift_of(options),
             TargetPath(options.target, options.tagger_rate()), seed_of(options)};
@@ -84,7 +79,7 @@ Scene::Scene(const Pattern& pattern, const Options& options, Part part)
       background_(background_gap_ps_ > 0 ? FineTime{} : never),
       marker_gap_ps_(gap_ps(options.encoder_rate_hz)),
       marker_(has_syncs_ && marker_gap_ps_ > 0 ? options.encoder_start() : never),
-      scanner_(scanner_of(options)) {
+      scanner_(options.scanner_in_use()) {
   if (background_gap_ps_ > 0) next_background();
 }
 

@@ -55,9 +55,13 @@ Source::Source(Options options, Pattern pattern)
     : options_(std::move(options)), pattern_(std::move(pattern)) {}
 
 SourceInfo Source::info() const {
-  if (options_.pace == Speed::live) return {"simulator", true, std::nullopt};
-  const double start_s = static_cast<double>(options_.start_ps) / ps_per_s;
-  return {"simulator", false, scene_begins_unix_s - start_s};
+  SourceInfo info{"simulator", options_.pace == Speed::live, std::nullopt};
+  if (!info.live) {
+    const double start_s = static_cast<double>(options_.start_ps) / ps_per_s;
+    info.start_unix_s = scene_begins_unix_s - start_s;
+  }
+  if (const auto scanner = options_.scanner_in_use()) info.scan = scanner->lines();
+  return info;
 }
 
 void Source::run(TagSink& sink, std::stop_token stop) {

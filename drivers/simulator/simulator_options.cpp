@@ -164,6 +164,11 @@ std::optional<OptionFault> Options::scanner_fault() const {
   return fault;
 }
 
+std::optional<Scanner> Options::scanner_in_use() const {
+  if (!scanner.used()) return std::nullopt;
+  return Scanner(scanner, array.columns, array.rows);
+}
+
 std::optional<OptionFault> Options::start_fault() const {
   try {
     const PictureSurface readable(array.picture);

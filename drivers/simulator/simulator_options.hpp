@@ -10,6 +10,7 @@
 #include "drivers/simulator/detectors.hpp"
 #include "drivers/simulator/fine_time.hpp"
 #include "drivers/simulator/foreign_stream.hpp"
+#include "drivers/simulator/scanner.hpp"
 #include "drivers/simulator/scanner_options.hpp"
 #include "drivers/simulator/signal_stream.hpp"
 #include "drivers/simulator/sync_stream.hpp"
@@ -69,6 +70,8 @@ struct Options : SourceOptions {
   [[nodiscard]] double background_per_s() const { return ambient_per_s + dark_per_s; }
   // The seconds that the tagger counts in a true second.
   [[nodiscard]] double tagger_rate() const { return 1 + 1e-6 * tagger_ppm; }
+  // Absent where there is no scan.
+  [[nodiscard]] std::optional<Scanner> scanner_in_use() const;
   // The time of the encoder's first tick, since the stream's start.
   [[nodiscard]] FineTime encoder_start() const {
     return FineTime{}.after(encoder_start_s * ps_per_s);

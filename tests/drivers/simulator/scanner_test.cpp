@@ -155,6 +155,24 @@ TEST(Scanner, OneSeedGivesOneStream) {
   EXPECT_NE(first, simulate(options, test::paper_pattern()));
 }
 
+TEST(Scanner, TheSourceTellsItsLines) {
+  const auto told = [](const Options& options) {
+    const Pattern pattern = test::paper_pattern();
+    SourceContext context;
+    context.pattern = &pattern;
+    return options.open(context)->info().scan;
+  };
+  Options options = scan();
+  EXPECT_EQ(told(options), (ScanLines{1, 2, 3, 4, 2, false, 0}));
+  options.pace = Speed::live;
+  options.scanner.line_stop_marker = 8;
+  options.scanner.frame_marker = 0;
+  options.scanner.both_ways = true;
+  EXPECT_EQ(told(options), (ScanLines{1, 8, 3, 0, 2, true, 0}));
+  options.scanner.dwell_ms = 0;
+  EXPECT_FALSE(told(options));
+}
+
 TEST(Scanner, TheTruthHasThePathOfEachPixelAtAllTimes) {
   Options options = scan();
   options.photon_input = 5;
