@@ -48,9 +48,8 @@ def scan():
     config = config_of(columns, rows, pitch_deg)
     config["source"]["scanner"] = {"dwell_ms": dwell_ms, "return_ms": return_ms, "both_ways": True}
     edge_deg = pitch_deg * (columns - 1) / 2
-    config["frame"] = {"by": f"line:1:2:{columns}", "length_ms": dwell_ms}
-    config["scan"] = {"picture": "marker:4", "lines": rows, "both_ways": True, "azimuth_deg": [-edge_deg, edge_deg],
-                      "elevation_deg": [edge_deg, -edge_deg]}
+    config["frame"] = {"length_ms": dwell_ms}
+    config["scan"] = {"lines": rows, "azimuth_deg": [-edge_deg, edge_deg], "elevation_deg": [edge_deg, -edge_deg]}
     return config, rows * (columns * dwell_ms + return_ms) * 1e-3
 
 
@@ -91,10 +90,11 @@ class Points:
         column = np.rint(azimuth / array["pitch_deg"] + (array["columns"] - 1) / 2).astype(int)
         row = np.rint((array["rows"] - 1) / 2 - elevation / array["pitch_deg"]).astype(int)
         self.pixel = row * array["columns"] + column
-        # Between two samples of the truth: the cubic of their places and velocities.
+        # Between two samples of the truth: the cubic of their places and velocities. Each dwell of a scan has a sample.
         step_s = truth["step_ps"] * 1e-12
-        along = (cloud["time"] - SCENE_BEGINS_S) / step_s
-        before = along.astype(int)
+        first_s = np.array([pixel.get("first_ps", 0) for pixel in truth["pixels"]])[self.pixel] * 1e-12
+        along = (cloud["time"] - SCENE_BEGINS_S - first_s) / step_s
+        before = np.clip(along.astype(int), 0, len(truth["distance_m"]) - 2)
         t = along - before
         z, v = (np.array([pixel[name] for pixel in truth["pixels"]])[self.pixel[:, None],
                                                                      before[:, None] + [0, 1]].T

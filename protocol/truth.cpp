@@ -127,7 +127,8 @@ void read_more_targets(const json& object, SceneTruth& truth) {
   }
 }
 
-SceneTruth::Pixel read_pixel(const json& object, const std::string& key, std::size_t samples) {
+SceneTruth::Pixel read_pixel(const json& object, const std::string& key, std::size_t samples,
+                             bool of_scan) {
   if (!object.is_object()) throw bad_member(key, "must be an object");
   SceneTruth::Pixel pixel;
   pixel.input = whole_number(object, "input");
@@ -141,6 +142,8 @@ SceneTruth::Pixel read_pixel(const json& object, const std::string& key, std::si
   if (pixel.distance_m.size() != samples || pixel.velocity_mps.size() != samples) {
     throw bad_member(key, "has another number of samples than distance_m");
   }
+  if (of_scan) pixel.first_ps = whole_number(object, "first_ps");
+  if (pixel.first_ps < 0) throw bad_member(key + "/first_ps", "is negative");
   return pixel;
 }
 
@@ -148,9 +151,10 @@ void read_pixels(const json& object, SceneTruth& truth) {
   const auto found = object.find("pixels");
   if (found == object.end()) return;
   if (!found->is_array()) throw bad_member("pixels", "must be an array");
+  if (object.contains("dwell_ps")) truth.dwell_ps = whole_number(object, "dwell_ps");
   for (const json& pixel : *found) {
     const std::string key = "pixels/" + std::to_string(truth.pixels.size());
-    truth.pixels.push_back(read_pixel(pixel, key, truth.distance_m.size()));
+    truth.pixels.push_back(read_pixel(pixel, key, truth.distance_m.size(), truth.dwell_ps > 0));
   }
   truth.crosstalk_probability = number(object, "crosstalk_probability");
   truth.crosstalk_ns = number(object, "crosstalk_ns");
@@ -160,6 +164,7 @@ void write_pixels(const SceneTruth& truth, nlohmann::ordered_json& object) {
   if (truth.pixels.empty()) return;
   object["crosstalk_probability"] = truth.crosstalk_probability;
   object["crosstalk_ns"] = truth.crosstalk_ns;
+  if (truth.dwell_ps > 0) object["dwell_ps"] = truth.dwell_ps;
   for (const SceneTruth::Pixel& pixel : truth.pixels) {
     object["pixels"].push_back({{"input", pixel.input},
                                 {"azimuth_deg", pixel.azimuth_deg},
@@ -169,6 +174,7 @@ void write_pixels(const SceneTruth& truth, nlohmann::ordered_json& object) {
                                 {"background_per_s", pixel.background_per_s},
                                 {"distance_m", pixel.distance_m},
                                 {"velocity_mps", pixel.velocity_mps}});
+    if (truth.dwell_ps > 0) object["pixels"].back()["first_ps"] = pixel.first_ps;
   }
 }
 
@@ -218,20 +224,30 @@ SceneTruth truth_from_json(const std::string& text) {
 }
 
 std::optional<SceneTruth::State> SceneTruth::at(std::int64_t time_ps) const {
-  return between(time_ps, distance_m, velocity_mps);
+  if (dwell_ps == 0) return between(time_ps, 0, distance_m, velocity_mps);
+  for (const Pixel& pixel : pixels) {
+    // Since the begin of the pixel's first dwell. Unsigned, as in between().
+    const auto since_ps = static_cast<std::int64_t>(
+        static_cast<std::uint64_t>(time_ps) - static_cast<std::uint64_t>(start_ps) -
+        static_cast<std::uint64_t>(pixel.first_ps) + static_cast<std::uint64_t>(dwell_ps / 2));
+    if (since_ps >= 0 && since_ps % step_ps < dwell_ps) return at(time_ps, pixel);
+  }
+  return std::nullopt;
 }
 
 std::optional<SceneTruth::State> SceneTruth::at(std::int64_t time_ps, const Pixel& pixel) const {
-  return between(time_ps, pixel.distance_m, pixel.velocity_mps);
+  return between(time_ps, pixel.first_ps, pixel.distance_m, pixel.velocity_mps);
 }
 
 std::optional<SceneTruth::State> SceneTruth::between(
-    std::int64_t time_ps, const std::vector<double>& distances_m,
+    std::int64_t time_ps, std::int64_t first_ps, const std::vector<double>& distances_m,
     const std::vector<double>& velocities_mps) const {
   if (distances_m.empty() || time_ps < start_ps) return std::nullopt;
   // Unsigned: the difference of two times may pass the largest signed one.
-  const std::uint64_t since_ps =
+  std::uint64_t since_ps =
       static_cast<std::uint64_t>(time_ps) - static_cast<std::uint64_t>(start_ps);
+  if (since_ps < static_cast<std::uint64_t>(first_ps)) return std::nullopt;
+  since_ps -= static_cast<std::uint64_t>(first_ps);
   const auto step = static_cast<std::uint64_t>(step_ps);
   const auto before = static_cast<std::size_t>(since_ps / step);
   const std::uint64_t rest_ps = since_ps % step;

@@ -36,7 +36,8 @@ struct SceneTruth {
   };
   std::vector<Further> more_targets;
 
-  // A pixel of an array, with samples at the same times.
+  // A pixel of an array, with samples at the same times, or of a scan, with a sample in the middle
+  // of each of its dwells.
   struct Pixel {
     std::int64_t input = 0;
     double azimuth_deg = 0;
@@ -46,15 +47,18 @@ struct SceneTruth {
     double background_per_s = 0;
     std::vector<double> distance_m;
     std::vector<double> velocity_mps;
+    std::int64_t first_ps = 0;  // of a scan, >= 0: from start_ps to the first sample
     friend bool operator==(const Pixel&, const Pixel&) = default;
   };
   // Empty where the scene has no array. Else the samples of the scene are those of the first.
   std::vector<Pixel> pixels;
   double crosstalk_probability = 0;
   double crosstalk_ns = 0;
+  std::int64_t dwell_ps = 0;  // of a scan; 0: there is none
 
-  // The state at a time of the tagger's clock. Between two samples the path is a cubic that has
-  // their places and velocities. Absent before the first and after the last sample.
+  // The state at a time of the tagger's clock; in a scan, of the pixel in whose dwell it is.
+  // Between two samples the path is a cubic that has their places and velocities. Absent before the
+  // first and after the last sample, and between two lines of a scan.
   [[nodiscard]] std::optional<State> at(std::int64_t time_ps) const;
   // The same of a pixel of `pixels`.
   [[nodiscard]] std::optional<State> at(std::int64_t time_ps, const Pixel& pixel) const;
@@ -62,7 +66,7 @@ struct SceneTruth {
   friend bool operator==(const SceneTruth&, const SceneTruth&) = default;
 
  private:
-  [[nodiscard]] std::optional<State> between(std::int64_t time_ps,
+  [[nodiscard]] std::optional<State> between(std::int64_t time_ps, std::int64_t first_ps,
                                              const std::vector<double>& distances_m,
                                              const std::vector<double>& velocities_mps) const;
 };

@@ -34,8 +34,21 @@ std::optional<std::size_t> Scanner::pixel_at(std::int64_t time_ps) const {
   const std::int64_t dwell = since_ps % line_ps_ / dwell_ps_;
   if (dwell >= columns_) return std::nullopt;
   const std::int64_t row = since_ps / line_ps_ % rows_;
-  const std::int64_t column = both_ways_ && row % 2 == 1 ? columns_ - 1 - dwell : dwell;
-  return static_cast<std::size_t>(row * columns_ + column);
+  return static_cast<std::size_t>(row * columns_ + turned(row, dwell));
+}
+
+std::int64_t Scanner::turned(std::int64_t row, std::int64_t column) const {
+  return both_ways_ && row % 2 == 1 ? columns_ - 1 - column : column;
+}
+
+std::int64_t Scanner::first_middle_ps(std::size_t pixel) const {
+  const std::int64_t row = static_cast<std::int64_t>(pixel) / columns_;
+  const std::int64_t column = static_cast<std::int64_t>(pixel) % columns_;
+  const std::int64_t middle_ps =
+      start_ps_ + row * line_ps_ + turned(row, column) * dwell_ps_ + dwell_ps_ / 2;
+  if (middle_ps >= 0) return middle_ps;
+  const std::int64_t late_ps = middle_ps % picture_ps();
+  return late_ps == 0 ? 0 : late_ps + picture_ps();
 }
 
 ScanLines Scanner::lines() const {

@@ -29,6 +29,11 @@ class Scanner {
 
   // How a program cuts the scan into its dwells.
   [[nodiscard]] ScanLines lines() const;
+  [[nodiscard]] std::int64_t dwell_ps() const { return dwell_ps_; }
+  // From one picture's start to the next one's.
+  [[nodiscard]] std::int64_t picture_ps() const { return rows_ * line_ps_; }
+  // The middle of the pixel's first dwell whose middle is in the stream.
+  [[nodiscard]] std::int64_t first_middle_ps(std::size_t pixel) const;
 
   // The first marker that was not taken. Of a stop and a start at one time the stop is the first.
   [[nodiscard]] const Marker& next_marker() const { return marker_; }
@@ -36,6 +41,8 @@ class Scanner {
 
  private:
   [[nodiscard]] int line_start_bits(std::int64_t line) const;
+  // The place in its line of a pixel's dwell, and back.
+  [[nodiscard]] std::int64_t turned(std::int64_t row, std::int64_t column) const;
 
   std::int64_t columns_;
   std::int64_t rows_;

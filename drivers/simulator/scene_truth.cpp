@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -42,6 +43,18 @@ Sampling sampling_of(std::int64_t pixels) {
   return {10 * shortest_step_ps, std::max<std::int64_t>(1, max_steps / pixels)};
 }
 
+std::int64_t ratio_up(std::int64_t dividend, std::int64_t divisor) {
+  return (dividend + divisor - 1) / divisor;
+}
+
+std::int64_t step_of(const std::optional<Scanner>& scanner, const Sampling& sampling,
+                     std::int64_t length_ps) {
+  const std::int64_t least_ps = ratio_up(length_ps, sampling.max_steps);
+  if (!scanner) return std::max(sampling.shortest_step_ps, least_ps);
+  return std::max<std::int64_t>(1, ratio_up(least_ps, scanner->picture_ps())) *
+         scanner->picture_ps();
+}
+
 class Sampler {
  public:
   Sampler(const Options& options, const SceneTruth& truth, std::int64_t steps)
@@ -49,10 +62,10 @@ class Sampler {
 
   // target: has distance_m and velocity_mps.
   template <class Target>
-  void follow(const TargetOptions& path, Target& target) const {
+  void follow(const TargetOptions& path, Target& target, std::int64_t first_ps = 0) const {
     const TargetPath motion(path, clock_rate_);
     for (std::int64_t i = 0; i <= steps_; ++i) {
-      const MotionState state = motion.at(FineTime{i * step_ps_, 0}.seconds());
+      const MotionState state = motion.at(FineTime{first_ps + i * step_ps_, 0}.seconds());
       target.distance_m.push_back(state.distance_m);
       target.velocity_mps.push_back(state.velocity_mps);
     }
@@ -64,7 +77,8 @@ class Sampler {
   std::int64_t steps_;
 };
 
-void add_pixels(const std::vector<ArrayPixel>& pixels, const Sampler& sampler, SceneTruth& truth) {
+void add_pixels(const std::vector<ArrayPixel>& pixels, const std::optional<Scanner>& scanner,
+                const Sampler& sampler, SceneTruth& truth) {
   for (const ArrayPixel& pixel : pixels) {
     SceneTruth::Pixel& other = truth.pixels.emplace_back();
     other.input = pixel.scene.photon_input;
@@ -73,7 +87,8 @@ void add_pixels(const std::vector<ArrayPixel>& pixels, const Sampler& sampler, S
     other.delay_ps = pixel.delay_ps;
     other.signal_per_pulse = pixel.scene.detection.signal_per_pulse;
     other.background_per_s = pixel.scene.background_per_s();
-    sampler.follow(pixel.scene.target, other);
+    if (scanner) other.first_ps = scanner->first_middle_ps(truth.pixels.size() - 1);
+    sampler.follow(pixel.scene.target, other, other.first_ps);
   }
 }
 
@@ -86,20 +101,21 @@ SceneTruth scene_truth(const Options& options) {
   const double seconds = options.seconds > 0 ? options.seconds : 600;
   const auto length_ps = static_cast<std::int64_t>(std::llround(seconds * ps_per_s));
   const Sampling sampling = sampling_of(static_cast<std::int64_t>(pixels.size()));
+  const std::optional<Scanner> scanner = options.scanner_in_use();
   SceneTruth truth;
   truth.start_ps = options.start_ps;
-  truth.step_ps = std::max(sampling.shortest_step_ps,
-                           (length_ps + sampling.max_steps - 1) / sampling.max_steps);
-  const Sampler sampler(options, truth, (length_ps + truth.step_ps - 1) / truth.step_ps);
-  sampler.follow(scene.target, truth);
+  truth.step_ps = step_of(scanner, sampling, length_ps);
+  const Sampler sampler(options, truth, ratio_up(length_ps, truth.step_ps));
+  sampler.follow(scene.target, truth, scanner ? scanner->first_middle_ps(0) : 0);
   for (const FurtherTarget& target : options.more_targets) {
     truth.more_targets.push_back({target.signal_per_pulse, {}, {}});
     sampler.follow(target.path, truth.more_targets.back());
   }
-  add_pixels(pixels, sampler, truth);
+  add_pixels(pixels, scanner, sampler, truth);
   if (!pixels.empty()) {
     truth.crosstalk_probability = options.array.crosstalk_probability;
     truth.crosstalk_ns = options.array.crosstalk_ns;
+    truth.dwell_ps = scanner ? scanner->dwell_ps() : 0;
   }
   truth.signal_per_pulse = scene.detection.signal_per_pulse;
   truth.background_per_s = scene.background_per_s();

@@ -141,22 +141,25 @@ LINE_S = SCAN_COLUMNS * DWELL_S
 PICTURE_S = SCAN_ROWS * LINE_S
 
 
-def scan_of_room(start_ms, seconds, program, folder):
+SIDE_DEG, TOP_DEG = (SCAN_PITCH_DEG * (n - 1) / 2 for n in (SCAN_COLUMNS, SCAN_ROWS))
+SCALE = {"lines": SCAN_ROWS, "azimuth_deg": [-SIDE_DEG, SIDE_DEG],
+         "elevation_deg": [TOP_DEG, -TOP_DEG]}
+
+
+def scan_of_room(start_ms, seconds, program, folder, scan=SCALE, source={}, scanner={}):
     """The cloud of a scan there and back, without a return: its points, the errors of each over its
-    deviations by the simulated truth, and what the program said."""
-    side_deg, top_deg = (SCAN_PITCH_DEG * (n - 1) / 2 for n in (SCAN_COLUMNS, SCAN_ROWS))
+    deviations by the simulated truth, and what the program said. source, scanner: further keys."""
     config = {
         "schema": "splid.config", "v": [1, 0],
-        "source": {"driver": "simulator", "pace": "max",
-                   "scanner": {"dwell_ms": 1e3 * DWELL_S, "both_ways": True, "start_ms": start_ms},
+        "source": {"driver": "simulator", "pace": "max", **source,
+                   "scanner": {"dwell_ms": 1e3 * DWELL_S, "both_ways": True, "start_ms": start_ms,
+                               **scanner},
                    "array": {"columns": SCAN_COLUMNS, "rows": SCAN_ROWS,
                              "pitch_deg": SCAN_PITCH_DEG,
                              "room": {**ROOM, "signal_per_pulse": 0.02}}},
         "pattern": {"file": str(ROOT / "config" / "patterns" / "interleaved-180-189.json")},
         "scene": {"max_speed_mps": 20},
-        "frame": {"by": f"line:1:2:{SCAN_COLUMNS}", "length_ms": 1e3 * DWELL_S},
-        "scan": {"picture": "marker:4", "lines": SCAN_ROWS, "both_ways": True,
-                 "azimuth_deg": [-side_deg, side_deg], "elevation_deg": [top_deg, -top_deg]}}
+        "frame": {"length_ms": 1e3 * DWELL_S}, "scan": scan}
     (folder / "scan.json").write_text(json.dumps(config))
     for arguments in (("simulate", "--seconds", seconds, "--output", folder / "scan.ptu"),
                       ("cloud", folder / "scan.ptu", "--output", folder / "scan.pcd")):
@@ -164,15 +167,17 @@ def scan_of_room(start_ms, seconds, program, folder):
         assert done.returncode == 0, done.stderr
     cloud = read_pcd(folder / "scan.pcd")
     distances = np.linalg.norm(places(cloud), axis=1)
-    column = (side_deg - np.degrees(np.arctan2(cloud["y"], cloud["x"]))) / SCAN_PITCH_DEG
-    row = (top_deg - np.degrees(np.arcsin(cloud["z"] / distances))) / SCAN_PITCH_DEG
+    column = (SIDE_DEG - np.degrees(np.arctan2(cloud["y"], cloud["x"]))) / SCAN_PITCH_DEG
+    row = (TOP_DEG - np.degrees(np.arcsin(cloud["z"] / distances))) / SCAN_PITCH_DEG
     assert np.abs(column - np.rint(column)).max() < 1e-3 > np.abs(row - np.rint(row)).max()
     pixels = (np.rint(row) * SCAN_COLUMNS + np.rint(column)).astype(int)
     seconds = cloud["time"] - SCENE_BEGINS_S
     truth = json.loads((folder / "scan.truth.json").read_text())
-    sampled = 1e-12 * truth["step_ps"] * np.arange(len(truth["distance_m"]))
-    pulls = [[(value - np.interp(second, sampled, truth["pixels"][pixel][name])) / std
-              for value, second, pixel, std in zip(values, seconds, pixels, cloud[deviation])]
+    looked_at = [truth["pixels"][pixel] for pixel in pixels]
+    since_first = seconds - 1e-12 * np.array([pixel["first_ps"] for pixel in looked_at])
+    samples = np.rint(since_first / (1e-12 * truth["step_ps"])).astype(int)
+    pulls = [[(value - pixel[name][sample]) / std for value, pixel, sample, std
+              in zip(values, looked_at, samples, cloud[deviation])]
              for name, values, deviation in (
                  ("distance_m", distances, "std_distance"),
                  ("velocity_mps", cloud["radial_velocity"], "std_radial_velocity"))]

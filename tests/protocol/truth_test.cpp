@@ -10,6 +10,7 @@
 namespace splid {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
@@ -74,6 +75,26 @@ TEST(Truth, HoldsPixels) {
   truth.pixels[0].distance_m.pop_back();
   const auto reading = [&] { truth_from_json(to_json(truth)); };
   EXPECT_THAT(reading, ThrowsMessage<Error>(HasSubstr("/pixels/0 has another number")));
+}
+
+TEST(Truth, OfAScanIsThatOfThePixelInItsDwell) {
+  SceneTruth truth = example();
+  truth.dwell_ps = 100;
+  truth.pixels = {{3, 0, 0, 0, 5e-4, 7000, {28, 29, 30}, {0, 0, 0}, 50},
+                  {3, 1, 0, 0, 5e-4, 7000, {38, 39, 40}, {0, 0, 0}, 150}};
+  const std::string text = to_json(truth);
+  EXPECT_THAT(text, AllOf(HasSubstr(R"("dwell_ps":100,)"), HasSubstr(R"("first_ps":150})")));
+  EXPECT_EQ(truth_from_json(text), truth);
+  const std::int64_t second_ps = truth.start_ps + truth.step_ps;  // the second picture's
+  EXPECT_NEAR(truth.at(second_ps + 50)->distance_m, 29, 1e-9);
+  EXPECT_NEAR(truth.at(second_ps + 99)->distance_m, 29, 1e-6);
+  EXPECT_NEAR(truth.at(second_ps + 100)->distance_m, 39, 1e-6);
+  EXPECT_FALSE(truth.at(second_ps + 200)) << "no pixel's dwell";
+  EXPECT_FALSE(truth.at(truth.start_ps + 49)) << "before the first sample";
+  EXPECT_FALSE(truth.at(truth.start_ps - 50, truth.pixels[1]));
+  truth.pixels[1].first_ps = -1;
+  const auto reading = [&] { truth_from_json(to_json(truth)); };
+  EXPECT_THAT(reading, ThrowsMessage<Error>(HasSubstr("/pixels/1/first_ps is negative")));
 }
 
 TEST(Truth, FaultsNameTheirMember) {

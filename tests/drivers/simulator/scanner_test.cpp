@@ -14,6 +14,7 @@
 
 #include "drivers/simulator/array_pixels.hpp"
 #include "drivers/simulator/scene_truth.hpp"
+#include "protocol/truth.hpp"
 #include "tests/support/scene_runs.hpp"
 
 namespace splid::simulator {
@@ -173,22 +174,60 @@ TEST(Scanner, TheSourceTellsItsLines) {
   EXPECT_FALSE(told(options));
 }
 
-TEST(Scanner, TheTruthHasThePathOfEachPixelAtAllTimes) {
+// The walls swing faster than a picture is made.
+TEST(Scanner, TheTruthHasASampleInTheMiddleOfEachDwell) {
   Options options = scan();
   options.photon_input = 5;
-  options.array.planes[0].path.velocity_mps = 3;
-  const SceneTruth truth = scene_truth(options);
+  options.start_ps = 7000;
+  options.seconds = 0.03;
+  options.scanner.start_ms = -3.7;
+  options.scanner.return_ms = 0.25;
+  options.scanner.both_ways = true;
+  Plane& wall = options.array.planes[0];
+  wall.path.motion = MotionKind::sinusoid;
+  wall.path.amplitude_m = 2;
+  wall.path.period_s = 0.005;
+  wall.tilt_azimuth_deg = 20;
+  const SceneTruth truth = truth_from_json(to_json(scene_truth(options)));
+  EXPECT_EQ(truth.dwell_ps, ms);
   ASSERT_EQ(truth.pixels.size(), 6U);
   const std::vector<ArrayPixel> pixels = array_pixels(options);
+  const Scanner scanner(options.scanner, 3, 2);
+  std::size_t dwells = 0;
+  for (std::int64_t line = 0; line < 11; ++line) {
+    for (std::int64_t dwell = 0; dwell < 3; ++dwell) {
+      const std::int64_t middle_ps = -37 * ms / 10 + line * 13 * ms / 4 + dwell * ms + ms / 2;
+      if (middle_ps < 0 || middle_ps >= 30 * ms) continue;
+      const std::size_t k = scanner.pixel_at(middle_ps).value();
+      const auto state = truth.at(7000 + middle_ps).value();
+      const TargetPath path(pixels[k].scene.target);
+      const MotionState there = path.at(static_cast<double>(middle_ps) * 1e-12);
+      EXPECT_NEAR(state.distance_m, there.distance_m, 1e-9) << line << ' ' << dwell;
+      EXPECT_NEAR(state.velocity_mps, there.velocity_mps, 1e-6) << line << ' ' << dwell;
+      EXPECT_EQ(truth.at(7000 + middle_ps, truth.pixels[k])->distance_m, state.distance_m);
+      ++dwells;
+    }
+  }
+  EXPECT_EQ(dwells, 28U);
   for (std::size_t k = 0; k < 6; ++k) {
     EXPECT_EQ(truth.pixels[k].input, 5);
     EXPECT_EQ(truth.pixels[k].azimuth_deg, -10 + 10 * static_cast<double>(k % 3));
     EXPECT_EQ(truth.pixels[k].elevation_deg, k < 3 ? 5 : -5);
-    const auto state = truth.at(12'345'678'900, truth.pixels[k]).value();
-    const TargetPath path(pixels[k].scene.target);
-    EXPECT_NEAR(state.distance_m, path.at(0.0123456789).distance_m, 1e-12);
-    EXPECT_NEAR(state.velocity_mps, path.at(0).velocity_mps, 1e-9);
   }
+  const std::int64_t return_ps = -37 * ms / 10 + 13 * ms / 4 - ms / 8 + 13 * ms / 4;
+  EXPECT_FALSE(scanner.pixel_at(return_ps));
+  EXPECT_FALSE(truth.at(7000 + return_ps)) << "between two lines";
+}
+
+// Of 3 x 2 pixels of 1 ns each, in 10 s: as many pictures as 600,000 samples are enough for.
+TEST(Scanner, TheTruthOfALongScanIsOfSomePictures) {
+  Options options = scan();
+  options.scanner.dwell_ms = 1e-6;
+  options.seconds = 10;
+  const SceneTruth truth = scene_truth(options);
+  EXPECT_EQ(truth.step_ps % 6000, 0);
+  EXPECT_LE(truth.pixels[5].distance_m.size(), 100'001U);
+  EXPECT_GE(truth.pixels[5].distance_m.size(), 99'000U);
 }
 
 TEST(Scanner, FaultsOfTheOptionsSayWhatToDo) {
