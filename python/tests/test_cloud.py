@@ -200,6 +200,23 @@ def test_each_dwell_of_a_scan_is_a_point_where_the_scanner_looked(program, tmp_p
     assert (pulls**2).mean(axis=1) == pytest.approx([1, 1], abs=4 * np.sqrt(2 / len(pixels)))
 
 
+def test_angles_read_at_the_ticks_of_an_encoder_give_each_point_its_place(program, tmp_path):
+    start_s, first_tick_s, tick_s = 0.01, 0.0006, 0.00125  # two ticks before a dwell's middle, two after
+    since_s = first_tick_s + tick_s * np.arange(1000) - start_s
+    looked_at = np.array(picture_order())[np.floor(since_s / DWELL_S).astype(int)
+                                          % (SCAN_ROWS * SCAN_COLUMNS)]
+    angles = np.stack([SCAN_PITCH_DEG * (looked_at % SCAN_COLUMNS) - SIDE_DEG,
+                       TOP_DEG - SCAN_PITCH_DEG * (looked_at // SCAN_COLUMNS)], axis=-1)
+    np.savetxt(tmp_path / "angles.csv", angles, delimiter=",", header="azimuth_deg,elevation_deg",
+               comments="")
+    pixels, _, pulls, _ = scan_of_room(
+        1e3 * start_s, start_s + PICTURE_S + 1e-3, program, tmp_path, {"angles": "angles.csv"},
+        {"encoder_rate_hz": 1 / tick_s, "encoder_start_s": first_tick_s},
+        {"line_start_marker": 2, "line_stop_marker": 4, "frame_marker": 8})
+    assert pixels.tolist() == picture_order().tolist()
+    assert np.abs(pulls).max() < 6
+
+
 def test_a_picture_that_begins_before_the_recording_moves_no_other(program, tmp_path):
     # The recording begins in the middle of line 2.
     start_s = -2.5 * LINE_S
