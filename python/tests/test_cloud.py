@@ -16,6 +16,7 @@ SCENE_BEGINS_S = 1_767_225_600  # UTC of a simulated recording's start
 
 SENSOR_VELOCITY = np.array([8.0, -1.5, 0.4])  # m/s: ahead, to the left, up
 TURN = np.array([0.05, -0.1, 0.3])  # rad/s
+MOTION = np.hstack([SENSOR_VELOCITY, TURN])
 # The room about the sensor: n x = c, m.
 WALLS = {"ahead_m": ((1, 0, 0), 14), "left_m": ((0, 1, 0), 6), "right_m": ((0, -1, 0), 9),
          "up_m": ((0, 0, 1), 4), "down_m": ((0, 0, -1), 3)}
@@ -105,31 +106,42 @@ def test_surfaces_that_face_the_sensor_give_its_velocity(program, tmp_path):
     assert sum(pulls) == pytest.approx(expected, abs=4 * np.sqrt(2 * expected))
 
 
-def facing(points):
-    """The normal of the plane through points, away from the sensor."""
-    normal = np.linalg.svd(points - points.mean(axis=0))[2][2]
-    return normal * np.sign(normal @ points[0])
+def wall_met(sensor, rays):
+    """Which wall each ray from the sensor meets, along the axes of the start."""
+    normals, offsets = (np.array(side, dtype=float) for side in zip(*WALLS.values()))
+    along = rays @ normals.T
+    with np.errstate(divide="ignore"):
+        reach = np.where(along > 1e-9, (offsets - sensor @ normals.T) / along, np.inf)
+    return reach.argmin(axis=1)
+
+
+def facing_walls(points, of_wall):
+    """For each point the normal of its wall, away from the sensor: of the plane through the wall's
+    points."""
+    found = np.zeros_like(points)
+    for k in np.unique(of_wall):
+        on_wall = points[of_wall == k]
+        assert len(on_wall) >= 4
+        normal = np.linalg.svd(on_wall - on_wall.mean(axis=0))[2][2]
+        found[of_wall == k] = normal * np.sign(normal @ on_wall[0])
+    return found
+
+
+def motion_by(normals, points, cloud):
+    """Velocity and turn of the sensor, and their covariance: v (n d) + n (v_s + w x p) = 0."""
+    along = (normals * points).sum(axis=1) / np.linalg.norm(points, axis=1)
+    return solved(np.hstack([normals, np.cross(points, normals)]),
+                  -along * cloud["radial_velocity"], along * cloud["std_radial_velocity"])
 
 
 def test_walls_give_velocity_and_turn_with_their_normals(program, tmp_path):
     cloud = cloud_of([{}] * COLUMNS * ROWS, ROOM, 0.052, program, tmp_path)
     assert len(cloud) >= 58
-    d = directions()
-    normals, offsets = (np.array(side, dtype=float) for side in zip(*WALLS.values()))
-    with np.errstate(divide="ignore"):
-        reach = np.where(d @ normals.T > 1e-9, offsets / (d @ normals.T), np.inf)
-    wall = reach.argmin(axis=1)
-    points, of_wall = places(cloud), wall[cloud["pixel"]]
-    found = np.zeros_like(points)
-    for k in np.unique(of_wall):
-        assert np.sum(of_wall == k) >= 4
-        found[of_wall == k] = facing(points[of_wall == k])
-    along = (found * points).sum(axis=1) / np.linalg.norm(points, axis=1)
-    motion, covariance = solved(np.hstack([found, np.cross(points, found)]),
-                                -along * cloud["radial_velocity"],
-                                along * cloud["std_radial_velocity"])
+    points = places(cloud)
+    found = facing_walls(points, wall_met(np.zeros(3), directions()[cloud["pixel"]]))
+    motion, covariance = motion_by(found, points, cloud)
     # Of 6 degrees of freedom: 1e-5 of chance.
-    assert squared_pull(motion, np.hstack([SENSOR_VELOCITY, TURN]), covariance) < 32
+    assert squared_pull(motion, MOTION, covariance) < 32
     assert np.sqrt(np.diag(covariance))[:3].max() < 0.1
     # An oblique wall slides along under a pixel, of which v + d v_s knows nothing.
     velocity, covariance = ego_velocity(cloud)
@@ -142,30 +154,40 @@ PICTURE_S = SCAN_ROWS * LINE_S
 
 
 SIDE_DEG, TOP_DEG = (SCAN_PITCH_DEG * (n - 1) / 2 for n in (SCAN_COLUMNS, SCAN_ROWS))
-SCALE = {"lines": SCAN_ROWS, "azimuth_deg": [-SIDE_DEG, SIDE_DEG],
-         "elevation_deg": [TOP_DEG, -TOP_DEG]}
 
 
-def scan_of_room(start_ms, seconds, program, folder, scan=SCALE, source={}, scanner={}):
-    """The cloud of a scan there and back, without a return: its points, the errors of each over its
-    deviations by the simulated truth, and what the program said. source, scanner: further keys."""
+def scale(columns, rows, pitch_deg):
+    """The directions of a scan's columns and lines, from the first to the last."""
+    side_deg, top_deg = (pitch_deg * (n - 1) / 2 for n in (columns, rows))
+    return {"lines": rows, "azimuth_deg": [-side_deg, side_deg],
+            "elevation_deg": [top_deg, -top_deg]}
+
+
+def scan_cloud(grid, seconds, program, folder, scan=None, source={}, scanner={}):
+    """The cloud of a scan of the room there and back, without a return, and what the program said.
+    grid: columns, rows, pitch. source, scanner: further keys."""
     config = {
         "schema": "splid.config", "v": [1, 0],
         "source": {"driver": "simulator", "pace": "max", **source,
-                   "scanner": {"dwell_ms": 1e3 * DWELL_S, "both_ways": True, "start_ms": start_ms,
-                               **scanner},
-                   "array": {"columns": SCAN_COLUMNS, "rows": SCAN_ROWS,
-                             "pitch_deg": SCAN_PITCH_DEG,
+                   "scanner": {"dwell_ms": 1e3 * DWELL_S, "both_ways": True, **scanner},
+                   "array": {**dict(zip(("columns", "rows", "pitch_deg"), grid)),
                              "room": {**ROOM, "signal_per_pulse": 0.02}}},
         "pattern": {"file": str(ROOT / "config" / "patterns" / "interleaved-180-189.json")},
         "scene": {"max_speed_mps": 20},
-        "frame": {"length_ms": 1e3 * DWELL_S}, "scan": scan}
+        "frame": {"length_ms": 1e3 * DWELL_S}, "scan": scan or scale(*grid)}
     (folder / "scan.json").write_text(json.dumps(config))
     for arguments in (("simulate", "--seconds", seconds, "--output", folder / "scan.ptu"),
                       ("cloud", folder / "scan.ptu", "--output", folder / "scan.pcd")):
         done = program.run(*arguments, "--config", folder / "scan.json")
         assert done.returncode == 0, done.stderr
-    cloud = read_pcd(folder / "scan.pcd")
+    return read_pcd(folder / "scan.pcd"), done.stderr
+
+
+def scan_of_room(start_ms, seconds, program, folder, scan=None, source={}, scanner={}):
+    """The points of a scan, the errors of each over its deviations by the simulated truth, and what
+    the program said."""
+    cloud, said = scan_cloud((SCAN_COLUMNS, SCAN_ROWS, SCAN_PITCH_DEG), seconds, program, folder,
+                             scan, source, {"start_ms": start_ms, **scanner})
     distances = np.linalg.norm(places(cloud), axis=1)
     column = (SIDE_DEG - np.degrees(np.arctan2(cloud["y"], cloud["x"]))) / SCAN_PITCH_DEG
     row = (TOP_DEG - np.degrees(np.arcsin(cloud["z"] / distances))) / SCAN_PITCH_DEG
@@ -181,7 +203,7 @@ def scan_of_room(start_ms, seconds, program, folder, scan=SCALE, source={}, scan
              for name, values, deviation in (
                  ("distance_m", distances, "std_distance"),
                  ("velocity_mps", cloud["radial_velocity"], "std_radial_velocity"))]
-    return pixels, seconds, np.array(pulls), done.stderr
+    return pixels, seconds, np.array(pulls), said
 
 
 def picture_order():
@@ -200,8 +222,42 @@ def test_each_dwell_of_a_scan_is_a_point_where_the_scanner_looked(program, tmp_p
     assert (pulls**2).mean(axis=1) == pytest.approx([1, 1], abs=4 * np.sqrt(2 / len(pixels)))
 
 
+def poses(motion, seconds):
+    """Where a sensor of this velocity and turn, along its own axes, has turned and moved to."""
+    velocity, turn = motion[:3], motion[3:]
+    rate = max(np.linalg.norm(turn), 1e-9)
+    across = np.cross(turn / rate, np.eye(3)).T
+    t, angle = seconds[:, None, None], rate * seconds[:, None, None]
+    turned, back = 1 - np.cos(angle), across @ across
+    path = t * np.eye(3) + turned / rate * across + (t - np.sin(angle) / rate) * back
+    return np.eye(3) + np.sin(angle) * across + turned * back, path @ velocity
+
+
+def apply(turns, vectors):
+    return (turns @ vectors[:, :, None])[:, :, 0]
+
+
+def test_a_scan_of_a_room_gives_the_sensors_velocity_and_turn(program, tmp_path):
+    grid = (16, 8, 8.0)
+    cloud, _ = scan_cloud(grid, grid[0] * grid[1] * DWELL_S + 1e-3, program, tmp_path)
+    assert len(cloud) == grid[0] * grid[1]
+    points, seconds = places(cloud), cloud["time"] - SCENE_BEGINS_S
+    turns, path = poses(MOTION, seconds)
+    of_wall = wall_met(path, apply(turns, points))
+    # The sensor moves by 5 m in a picture: walls are flat once the points are put together by the
+    # motion that they tell of.
+    motion = np.zeros(6)
+    for _ in range(6):
+        turns, path = poses(motion, seconds - seconds.mean())
+        together = facing_walls(apply(turns, points) + path, of_wall)
+        motion, covariance = motion_by(apply(turns.transpose(0, 2, 1), together), points, cloud)
+    assert squared_pull(motion, MOTION, covariance) < 32
+    assert np.sqrt(np.diag(covariance))[:3].max() < 0.1
+
+
 def test_angles_read_at_the_ticks_of_an_encoder_give_each_point_its_place(program, tmp_path):
-    start_s, first_tick_s, tick_s = 0.01, 0.0006, 0.00125  # two ticks before a dwell's middle, two after
+    # Two ticks come before a dwell's middle, and two after it.
+    start_s, first_tick_s, tick_s = 0.01, 0.0006, 0.00125
     since_s = first_tick_s + tick_s * np.arange(1000) - start_s
     looked_at = np.array(picture_order())[np.floor(since_s / DWELL_S).astype(int)
                                           % (SCAN_ROWS * SCAN_COLUMNS)]
