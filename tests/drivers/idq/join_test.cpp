@@ -49,6 +49,10 @@ TEST(Join, AnInputThatSeesNothingKeepsItsPlace) {
   expect_part(join, 0, {{}}, false);
   expect_part(join, 1, {{}}, false);
   expect_part(join, 2, {{7}}, false);
+  EXPECT_TRUE(join.add(0, ""));
+  EXPECT_EQ(join.settle(0, 5, 1), Account::settled);
+  expect_part(join, 3, {{}}, false);
+  expect_part(join, 4, {{}}, false);
 }
 
 TEST(Join, MessagesAndCountsMayComeInAnyOrder) {
