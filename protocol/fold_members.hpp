@@ -66,10 +66,11 @@ void describe_plane(const PhotonFold::Plane& plane, Visitor& see) {
       {"delay_step_ns", "ns", "step of the delay; cell i is i - 31.5 steps from the estimate"},
       plane.delay_step_ns);
   see.number({"velocity_step_mps", "m/s", "step of the velocity"}, plane.velocity_step_mps);
-  see.json({"gain_nats", "nats",
-            "log-likelihood ratios against no target, from at most 8,192 photons: 64 rows, each of "
-            "one velocity and rising delays"},
-           json_rounded(plane.gain_nats, two_decimals));
+  see.json(
+      {"gain_nats", "nats",
+       "log-likelihood ratios against no target, from at most 8,192 photons: a row for each of "
+       "64 velocities; the delay rises along a row"},
+      json_rounded(plane.gain_nats, two_decimals));
 }
 
 template <class Visitor>
@@ -78,16 +79,19 @@ void describe(const FoldMessage& message, Visitor& see) {
                   message.pixel);
   see.choice({"status", "", "status of the frame"}, message.status);
   see.count({"photons", "", "photons in the frame"}, message.photons);
-  see.count({"folded", "", "photons in the pictures; of more than 262,144 photons, every n-th"},
-            message.folded);
+  see.count(
+      {"folded", "",
+       "photons in the pictures; if the frame has more than 262,144 photons, every n-th photon"},
+      message.folded);
   see.part({"stack", "", "with a target: photons around all pulses, superposed"},
            message.fold.stack,
            [](const auto& stack, auto& inner) { describe_stack(stack, inner); });
   see.part({"period", "", "with syncs: photons folded on the pattern period"}, message.fold.period,
            [](const auto& period, auto& inner) { describe_period(period, inner); });
-  see.part({"plane", "", "with a target: the likelihood in 64 x 64 cells around the estimate"},
-           message.fold.plane,
-           [](const auto& plane, auto& inner) { describe_plane(plane, inner); });
+  see.part(
+      {"plane", "",
+       "with a target: the likelihood in 64 x 64 cells of delay and velocity around the estimate"},
+      message.fold.plane, [](const auto& plane, auto& inner) { describe_plane(plane, inner); });
 }
 
 }  // namespace splid

@@ -33,8 +33,8 @@ void describe_deviations(Values& values, Visitor& see) {
              values.std_signal_per_pulse);
   if constexpr (is_frame) {
     see.number({"background_per_s", "counts/s",
-                "standard deviation of the background; for a background of 0, one photon in the "
-                "seen time"},
+                "standard deviation of the background; for a background of 0: one count divided by "
+                "the time without losses"},
                values.std_background_per_s);
     see.number({"pulse_sigma_ps", "ps", "standard deviation of the pulse's width"},
                values.std_pulse_sigma_ps);
@@ -58,13 +58,15 @@ void describe_values(Values& values, Visitor& see) {
   see.choice({"status", "", "[see below](#status-of-a-frame)"}, values.status);
   if constexpr (is_frame) {
     see.flag({"valid", "",
-              "true for `ok` and `ambiguous`: there is a target, and the values hold (for "
-              "`ambiguous`, if the range is right)"},
+              "true for `ok` and `ambiguous`: the frame has a target with values. For `ambiguous`, "
+              "the range may be wrong"},
              values.valid());
     see.choice({"mode", "",
-                "mode of the pattern: `baseline`, `ambiguous`, `mrr`, `random`, `interleaved`"},
+                "mode of the pattern: `baseline` (even pulses), `ambiguous` (even pulses; the "
+                "target may be beyond the unambiguous range), `mrr` (several rates in turn), "
+                "`random`, `interleaved` (superposed pulse trains)"},
                values.mode);
-    see.whole({"start_ps", "ps", "start of the frame, a string"}, values.start_ps);
+    see.whole({"start_ps", "ps", "start of the frame, as a string"}, values.start_ps);
     see.number({"duration_ms", "ms", "length of the frame, a whole number of pattern periods"},
                values.duration_ms);
   }
@@ -73,8 +75,9 @@ void describe_values(Values& values, Visitor& see) {
   if constexpr (is_frame) {
     see.number(
         {"acceleration_mps2", "m/s2",
-         "radial acceleration, constant over the frame: with `scene.motion` `accelerating`, and "
-         "with `auto` in frames that show it ([how](../estimation.md#a-target-that-accelerates))"},
+         "radial acceleration, constant over the frame "
+         "([how](../estimation.md#a-target-that-accelerates)). With `scene.motion` `accelerating`: "
+         "in frames with a target. With `auto`: in frames that show an acceleration"},
         values.acceleration_mps2);
   }
   see.number({"signal_per_pulse", "counts/pulse", "signal counts for a pulse of amplitude 1"},
@@ -90,7 +93,7 @@ void describe_values(Values& values, Visitor& see) {
                values.background_per_period);
     see.number({"sbr", "",
                 "signal counts divided by background counts; left out if the background is below "
-                "two standard deviations (some four photons)"},
+                "two standard deviations (about four photons)"},
                values.sbr);
   }
   see.number({"delay_ns", "ns", "round-trip time at the start of the frame"}, values.delay_ns);
@@ -105,18 +108,20 @@ void describe_values(Values& values, Visitor& see) {
              values.range_odds_nats);
   if constexpr (is_frame) {
     see.number({"pulse_sigma_ps", "ps",
-                "with `pulse.width` `fitted`: standard deviation of the detected pulse, if the "
-                "photons show it"},
+                "with `pulse.width` `fitted`: standard deviation of the detected pulse; left out "
+                "if splid keeps the configured width"},
                values.pulse_sigma_ps);
-    see.number({"blind_fraction", "",
-                "if the dead time is modelled: fraction of the seen time in which the detector is "
-                "dead; with several inputs, fraction of the light that meets a dead input"},
-               values.blind_fraction);
+    see.number(
+        {"blind_fraction", "",
+         "if the dead time is modelled: fraction of the time without losses in which the detector "
+         "is dead; with several inputs, fraction of the light that meets a dead input"},
+        values.blind_fraction);
   }
-  see.list_if_any(
-      {"findings", "",
-       "effects that the configured model lacks: [see below](#findings); left out without one"},
-      values.findings, [](auto& finding, auto& inner) { describe_finding(finding, inner); });
+  see.list_if_any({"findings", "",
+                   "effects that the configured model lacks: [see below](#findings); left out if "
+                   "there are none"},
+                  values.findings,
+                  [](auto& finding, auto& inner) { describe_finding(finding, inner); });
   see.group({"std", "", ""}, values, [](auto& of, auto& std) { describe_deviations(of, std); });
 }
 
@@ -145,20 +150,22 @@ void describe(Message& message, Visitor& see) {
       {"targets", "", "with `scene.targets` above 1: [the targets of the frame](#several-targets)"},
       message.targets, [](auto& target, auto& inner) { describe_values(target, inner); });
   see.count({"photons", "", "photons in the frame"}, message.photons);
-  see.count({"lost_tags", "", "tags lost in the frame's time, where their number is known"},
+  see.count({"lost_tags", "",
+             "tags (photons, syncs, markers) that were lost in the frame's time, as far as their "
+             "number is known"},
             message.lost_tags);
-  see.count_if_any(
-      {"uncounted_losses", "",
-       "losses that ended in the frame, each of an unknown number of tags; left out without one"},
-      message.uncounted_losses);
+  see.count_if_any({"uncounted_losses", "",
+                    "number of losses with an unknown number of tags; a loss counts in the frame "
+                    "in which it ends; left out if 0"},
+                   message.uncounted_losses);
   see.number({"seen_fraction", "",
-              "fraction of the frame's time without losses, 0 to 1; in a stream with syncs, time "
-              "without any tag counts as lost"},
+              "fraction of the frame's time without losses, 0 to 1; in a stream with syncs, an "
+              "improbably long time without any tag counts as a loss"},
              message.seen_fraction);
-  see.part(
-      {"sync", "",
-       "left out if the syncs have no times, as in a [T3 recording](../guide/recording.md#t3)"},
-      message.sync, [](auto& sync, auto& inner) { describe_sync(sync, inner); });
+  see.part({"sync", "",
+            "the syncs of the frame; left out if they have no times, as in a [T3 "
+            "recording](../guide/recording.md#t3)"},
+           message.sync, [](auto& sync, auto& inner) { describe_sync(sync, inner); });
   see.part(
       {"reference", "", "values of the [encoder](../guide/instruments/encoder.md)"},
       message.reference, [](auto& reference, auto& inner) {
@@ -168,18 +175,20 @@ void describe(Message& message, Visitor& see) {
   see.part({"scan", "", "with a [scan](../guide/scan.md): the pixel that the frame belongs to"},
            message.scan, [](auto& scan, auto& inner) {
              inner.count({"picture", "", "number of the picture, from 0"}, scan.picture);
-             inner.count({"line", "", "line in the picture, from 0"}, scan.line);
-             inner.count({"column", "", "pixel in the line, from 0 at the left"}, scan.column);
+             inner.count({"line", "", "number of the line in the picture, from 0"}, scan.line);
+             inner.count({"column", "", "number of the pixel in the line, from 0 at the left"},
+                         scan.column);
              inner.number({"azimuth_deg", "degrees", "azimuth of the pixel, positive to the right"},
                           scan.azimuth_deg);
              inner.number({"elevation_deg", "degrees", "elevation of the pixel, positive upwards"},
                           scan.elevation_deg);
            });
-  see.text(
-      {"effort", "", "effort of the estimate: below `estimator.effort` if frames came too fast"},
-      message.effort);
+  see.text({"effort", "",
+            "effort of the estimate, `balanced` or `fast`; `fast` replaces a configured `balanced` "
+            "if frames come too fast"},
+           message.effort);
   see.number({"compute_ms", "ms", "computing time of the estimate"}, message.compute_ms);
-  see.number({"latency_ms", "ms", "from the arrival of the frame's last tag to publication"},
+  see.number({"latency_ms", "ms", "time from the arrival of the frame's last tag to publication"},
              message.latency_ms);
   see.text_if_any({"pixel", "", "with several pixels: name of the pixel"}, message.pixel);
 }

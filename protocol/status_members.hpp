@@ -60,19 +60,19 @@ void describe(const StatusMessage& message, Visitor& see) {
   see.text({"measurement", "",
             "`ok` while most frames of the last second are `ok`; else the most frequent of "
             "`no_target`, `ambiguous`, `saturated`, `incomplete`, `no_sync`, `wrong_pattern`, "
-            "`no_signal` (no photon); `none` without a frame"},
+            "`no_signal` (no photon); `none` if there was no frame"},
            message.measurement);
   see.text({"reason", "",
-            "why `state` or `measurement` is not well, and what to do; then the most significant "
-            "finding"},
+            "cause of an abnormal `state` or `measurement`, and what to do; then the most "
+            "significant finding"},
            shown_text(message.reason, most_said));
   see.text({"source", "", "the driver"}, shown_text(message.source, most_said));
   see.choice({"device", "", "`connected`, `no_device` or `failing`"}, message.device);
   see.text_if_any({"device_name", "", "id, serial number and port of a USB device"},
                   shown_text(message.device_name, most_said));
-  see.count({"tags", "", "tags from the source"}, message.tags);
-  see.count({"lost_tags", "", "lost tags, where their number is known"}, message.lost_tags);
-  see.count_if_any({"uncounted_losses", "", "losses of an unknown number of tags"},
+  see.count({"tags", "", "tags from the source since the start"}, message.tags);
+  see.count({"lost_tags", "", "lost tags, as far as their number is known"}, message.lost_tags);
+  see.count_if_any({"uncounted_losses", "", "number of losses with an unknown number of tags"},
                    message.uncounted_losses);
   see.count({"frames", "", "published frames"}, message.frames);
   see.count({"valid_frames", "", "published frames with a target"}, message.valid_frames);
@@ -87,9 +87,11 @@ void describe(const StatusMessage& message, Visitor& see) {
   see.flag_if_any(
       {"effort_is_lowered", "", "`true` if frames come too fast for the configured effort"},
       message.effort_is_lowered);
-  see.part({"pixels", "", "with several pixels"}, message.pixels,
+  see.part({"pixels", "", "with several pixels: what they detect"}, message.pixels,
            [](const auto& pixels, auto& inner) { describe_pixels(pixels, inner); });
-  see.part({"recording", "", "with a [recording](../guide/recording.md)"}, message.recording,
+  see.part({"recording", "",
+            "the [recording](../guide/recording.md) that splid writes; left out without recording"},
+           message.recording,
            [](const auto& recording, auto& inner) { describe_recording(recording, inner); });
 }
 
