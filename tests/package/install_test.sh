@@ -1,6 +1,6 @@
 #!/bin/sh
 # What `cmake --install` puts below /usr/local: the program on the PATH, its man page and completion, units that
-# name it where it is, and the Python module where that was built.
+# name it where it is, and the Python module where that was built; and all that the pages tell to copy or to start.
 #
 #   install_test.sh BUILD_FOLDER
 set -eu
@@ -21,6 +21,15 @@ done
 for unit in splid.service splid-view.service splid-bridge@.service splid-forward@.service; do
   grep -q '^ExecStart=/usr/local/bin/splid ' "$local/lib/systemd/system/$unit" || fail "$unit starts another program"
   ! grep -E '/usr/(bin/splid|share)' "$local/lib/systemd/system/$unit" || fail "$unit names another place"
+done
+
+# What the pages name below /usr is there, and starts where a line of theirs begins with it.
+pages=$(dirname "$0")/../../docs
+for file in $(grep -rhoE --include='*.md' '/usr/(share|lib)/[A-Za-z0-9/_.-]*[a-z0-9]' "$pages" | sort -u); do
+  [ -e "$local${file#/usr}" ] || fail "$file is not installed, which a page names"
+done
+for file in $(grep -rhoE --include='*.md' '^    /usr/(share|lib)/[^ ]+' "$pages" | sort -u); do
+  [ -x "$local${file#/usr}" ] || fail "$file cannot be started, as a page does"
 done
 
 cd "$scratch"
