@@ -103,7 +103,7 @@ TEST_F(DevicesProgram, AnInstrumentIsTriedAndItsConfigurationPrinted) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, ::testing::ContainsRegex("input 1 +[0-9]+ /s   one each 10000.000 ns"));
   EXPECT_THAT(result.out, ::testing::ContainsRegex("input 4 +[0-9]+ /s   one each 100000.000 ns"));
-  EXPECT_THAT(result.out, ::testing::ContainsRegex("losses +0\n"));
+  EXPECT_THAT(result.out, ::testing::ContainsRegex("losses +0\n")) << result.err;
   // The configuration loads, once it names a pattern.
   std::string config = result.out.substr(result.out.find("\n{") + 1);
   EXPECT_THAT(config, HasSubstr("\"serial\": \"TDC2-0042\""));
@@ -136,7 +136,8 @@ TEST_F(DevicesProgram, ABrightEyesIsTriedWithThePeriodOfItsSyncs) {
   EXPECT_THAT(result.out,
               ::testing::MatchesRegex("input 12 +[0-9]+ /s\ninput 3 +[0-9]+ /s\n"
                                       "sync +[0-9]+ /s   one each (1000\\.00|999\\.99)[0-9] ns\n"
-                                      "losses +0\n\n\\{\n(.|\n)*"));
+                                      "losses +0\n\n\\{\n(.|\n)*"))
+      << result.err;
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("\"driver\": \"brighteyes-ttm\""), HasSubstr("\"serial\": \"TTM-5\""),
                     HasSubstr("\"sync\": \"sync\"")));
