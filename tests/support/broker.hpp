@@ -83,8 +83,17 @@ class Broker {
            std::to_string(port_);
   }
 
-  void start() {
-    running_.emplace(arguments_, installed(program_));
+  // clock: a program and its arguments that run the broker, as shifted_clock does.
+  void start(std::vector<std::string> clock = {}) {
+    if (clock.empty()) {
+      running_.emplace(arguments_, installed(program_));
+    } else {
+      const std::string first = clock.front();
+      clock.erase(clock.begin());
+      clock.push_back(installed(program_));
+      clock.insert(clock.end(), arguments_.begin(), arguments_.end());
+      running_.emplace(clock, first);
+    }
     if (!eventually([this] { return answers(port_); })) {
       throw std::runtime_error(program_ + " does not listen: " + running_->err());
     }
