@@ -91,7 +91,10 @@ void BridgeSource::connect(TagSink& sink, const std::stop_token& stop) {
 void BridgeSource::read(TagSink& sink) {
   const std::size_t bytes = socket_.read(buffer_, slice);
   if (bytes > 0) {
-    heard_ = steady_clock::now();
+    const auto now = steady_clock::now();
+    // What comes first after a silence may be a part of a block.
+    if (now - heard_ > block_patience) block_seen_ = now;
+    heard_ = now;
     stream_.feed(std::span(buffer_).first(bytes), sink);
   } else {
     sink.publish(0);
