@@ -140,6 +140,16 @@ TEST_F(TtmOnDouble, MissingRecordsAreALossAndSaid) {
   EXPECT_NEAR(static_cast<double>(end->time_ps - begin->time_ps), 3e9, 2e7);
 }
 
+// A byte is missing, so that others may be.
+TEST_F(TtmOnDouble, HalfAWordIsALoss) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  firmware.send({std::byte{0x7F}});
+  EXPECT_TRUE(comes_true([&] { return run.count(TagKind::loss_end) == 1; }));
+  expect_one_loss(run);
+}
+
 TEST_F(TtmOnDouble, GarbageIsALossAndSaid) {
   device.plug();
   test::SourceRun run(options());
