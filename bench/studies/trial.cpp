@@ -4,8 +4,10 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <span>
 #include <string_view>
 
+#include "bench/studies/crt_wang.hpp"
 #include "bench/thread_clock.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "estimator/model/units.hpp"
@@ -53,6 +55,11 @@ TrialOutcome outcome_of(const paper::PaperParameters& start, double length_ns) {
   outcome.error = {start.delay_ns + moved_ns, start.velocity_mps, start.signal_per_pulse,
                    start.background_per_ns, start.delay_ns};
   return outcome;
+}
+
+// [P] rounds the periods to whole nanoseconds for the theorem of Wang et al.
+paper::CrtSolution wang_by_ns(std::span<const paper::Remainder> remainders, double /*limit_ns*/) {
+  return crt_wang(remainders, 1);
 }
 
 // Ends a frame before its last pattern period does.
@@ -127,7 +134,7 @@ class Bench {
 
   static paper::RemainderTheorem theorem(Estimator estimator) {
     const bool wang = estimator == Estimator::wang || estimator == Estimator::wang_start;
-    return wang ? paper::RemainderTheorem::wang : paper::RemainderTheorem::mixed_integer;
+    return wang ? wang_by_ns : paper::crt_mixed_integer;
   }
 
   // Room for ten deviations above the mean number of photons, which no frame of a study reaches.

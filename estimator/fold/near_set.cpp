@@ -103,7 +103,6 @@ void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> wind
     take_cells(window.uniform_amplitude());
   } else {
     take_photons(frame, windows, train);
-    near_photons = static_cast<double>(first.size());
     weight.assign(first.size(), 1.0);
   }
   first.push_back(static_cast<std::uint32_t>(residual_ns.size()));
@@ -245,7 +244,6 @@ void NearSet::add_to_cell(const FoldedFrame& frame, std::size_t photon, double r
 }
 
 void NearSet::take_cells(double amplitude_of_all) {
-  near_photons = 0;
   for (const Cell& cell : cells_) {
     if (cell.weight == 0) continue;
     first.push_back(static_cast<std::uint32_t>(residual_ns.size()));
@@ -253,7 +251,6 @@ void NearSet::take_cells(double amplitude_of_all) {
     position.push_back(cell.position / (cell.weight * gathered_rows));
     amplitude.push_back(amplitude_of_all);
     weight.push_back(cell.weight);
-    near_photons += cell.weight;
   }
 }
 

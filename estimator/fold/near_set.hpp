@@ -22,7 +22,6 @@ struct NearSet {
   std::vector<double> amplitude;     // a_p
   std::vector<std::uint32_t> first;  // entries of photon k are [first[k], first[k + 1])
   std::vector<double> weight;        // photons that photon k stands for: 1, unless gathered
-  double near_photons = 0;           // photons with an entry: the sum of the weights
   std::size_t likely_near = 0;       // photons that seemed to be near at a first look
   bool gathers = false;              // whether the photons have been gathered
   // Which photon of the frame photon k is, ascending; empty unless the set notes them.

@@ -20,14 +20,7 @@ LightOnItself light_on_itself(const Comb& comb, double shift_ns, double toleranc
   double light = 0;
   double moment = 0;
   for (std::size_t p = 0; p < comb.times_ns.size(); ++p) {
-    double at = comb.times_ns[p] + shift_ns;
-    at -= comb.period_ns * std::floor(at / comb.period_ns);
-    const auto next = std::lower_bound(comb.times_ns.begin(), comb.times_ns.end(), at);
-    const double after =
-        (next == comb.times_ns.end() ? comb.times_ns.front() + comb.period_ns : *next) - at;
-    const double before =
-        (next == comb.times_ns.begin() ? comb.times_ns.back() - comb.period_ns : *(next - 1)) - at;
-    const double nearest = after < -before ? after : before;
+    const double nearest = comb.to_nearest_ns(comb.times_ns[p] + shift_ns);
     if (std::abs(nearest) > tolerance_ns) continue;
     light += comb.amplitudes[p];
     moment += comb.amplitudes[p] * nearest;
@@ -50,6 +43,14 @@ Comb::Comb(const PatternSegment& segment) : period_ns(segment.period_ps * ns_per
     const double next = p + 1 < times_ns.size() ? times_ns[p + 1] : times_ns.front() + period_ns;
     closest_ns = std::min(closest_ns, next - times_ns[p]);
   }
+}
+
+double Comb::to_nearest_ns(double time_ns) const {
+  const double at = time_ns - period_ns * std::floor(time_ns / period_ns);
+  const auto next = std::lower_bound(times_ns.begin(), times_ns.end(), at);
+  const double after = (next == times_ns.end() ? times_ns.front() + period_ns : *next) - at;
+  const double before = (next == times_ns.begin() ? times_ns.back() - period_ns : *(next - 1)) - at;
+  return after < -before ? after : before;
 }
 
 std::vector<double> strong_side_lobes_ns(const Comb& comb, double tolerance_ns) {

@@ -21,6 +21,8 @@ struct Comb {
 
   // segment: valid. Pulses of amplitude zero are left out.
   explicit Comb(const PatternSegment& segment);
+  // How far after a time the nearest pulse is, around the period's end too; below 0: before it.
+  [[nodiscard]] double to_nearest_ns(double time_ns) const;
 };
 
 // The strong side lobes of a comb's autocorrelation: shifts in (0, period), ns, ascending, by which

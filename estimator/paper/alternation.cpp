@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <new>
 
@@ -14,6 +15,7 @@
 namespace splid::paper {
 namespace {
 
+using likelihood::LogLikelihood;
 using Pair = std::array<double, 2>;
 
 constexpr int max_rounds = 40;
@@ -67,12 +69,37 @@ void maximize(Surface& surface) {
   nlopt_optimize(optimiser.get(), x.data(), &value);
 }
 
-// Maximises over (S, b) at the likelihood's tau and v. The likelihood is concave in them, so that
-// any start will do.
-void maximize_rates(PaperLikelihood& likelihood, PaperParameters& p) {
-  const double photons = likelihood.photons();
-  const double t = likelihood.seen_ns();
-  const double A = likelihood.amplitude();
+// The gain over no target, and its derivatives by [P]'s parameters.
+struct Gain {
+  double nats, by_delay, by_velocity, by_signal, by_background;
+};
+
+// With g = 2 beta / (1 + beta), tau at the frame's start is the track D = tau / (1 + beta) + g t_a
+// / 2 at mid-frame, with the range walk g t_a.
+Gain gain_at(LogLikelihood& likelihood, const PaperParameters& p) {
+  const double length_ns = likelihood.exposure().length_ns;
+  const double beta = p.velocity_mps / speed_of_light_mps;
+  const double walk_ns = walk_ns_at(p.velocity_mps, length_ns);
+  const likelihood::Model model = likelihood::model_of(
+      {p.delay_ns / (1 + beta) + walk_ns / 2, walk_ns}, p.signal_per_pulse, p.background_per_ns);
+  if (!likelihood.serves(model)) {
+    likelihood.collect(model, std::numeric_limits<std::size_t>::max());
+  }
+  likelihood::Point at;
+  likelihood.evaluate(model, likelihood::free_set(1, 2), at);
+  const double by_delay = at.gradient[likelihood::delay];
+  const double by_walk = at.gradient[likelihood::walk];
+  const double per_mps = 1 / ((1 + beta) * (1 + beta) * speed_of_light_mps);
+  return {at.value - likelihood.no_target_nats(), by_delay / (1 + beta),
+          ((length_ns - p.delay_ns) * by_delay + 2 * length_ns * by_walk) * per_mps,
+          at.gradient[likelihood::signal], at.gradient[likelihood::background_place(1)]};
+}
+
+// Maximises over (S, b), in which the likelihood is concave, so that any start will do.
+void maximize_rates(LogLikelihood& likelihood, PaperParameters& p) {
+  const auto photons = static_cast<double>(likelihood.photons());
+  const double t = likelihood.exposure().seen_ns;
+  const double A = likelihood.exposure().amplitude;
   const double S_unit = std::sqrt(std::max(1.0, p.signal_per_pulse * A)) / A;
   const double b_unit = std::sqrt(std::max(1.0, p.background_per_ns * t)) / t;
   Surface surface;
@@ -82,72 +109,69 @@ void maximize_rates(PaperLikelihood& likelihood, PaperParameters& p) {
   surface.best = {std::clamp(p.signal_per_pulse / S_unit, surface.lower[0], surface.upper[0]),
                   std::clamp(p.background_per_ns / b_unit, surface.lower[1], surface.upper[1])};
   surface.value = [&](const Pair& at, Pair& gradient) {
-    const auto point = likelihood.evaluate(at[0] * S_unit, at[1] * b_unit);
-    gradient = {point.by_signal * S_unit, point.by_background * b_unit};
-    return point.gain_nats;
+    const Gain gain =
+        gain_at(likelihood, {p.delay_ns, p.velocity_mps, at[0] * S_unit, at[1] * b_unit});
+    gradient = {gain.by_signal * S_unit, gain.by_background * b_unit};
+    return gain.nats;
   };
   maximize(surface);
   p.signal_per_pulse = surface.best[0] * S_unit;
   p.background_per_ns = surface.best[1] * b_unit;
 }
 
-struct Limits {
-  double least_delay_ns, largest_delay_ns;
-  bool moving;
-};
-
 // Maximises over (tau, v) with S and b as they are; returns the gain there.
-double maximize_motion(PaperLikelihood& likelihood, const Limits& limits, PaperParameters& p) {
-  const double counts = std::sqrt(std::max(1.0, p.signal_per_pulse * likelihood.amplitude()));
-  const double delay_unit = likelihood.width_ns() / counts;
-  const double v_unit = delay_unit * speed_of_light_mps / likelihood.length_ns();
+double maximize_motion(LogLikelihood& likelihood, double start_ns, bool moving,
+                       PaperParameters& p) {
+  const double width_ns = likelihood.shape().width_ns();
+  const double counts =
+      std::sqrt(std::max(1.0, p.signal_per_pulse * likelihood.exposure().amplitude));
+  const double delay_unit = width_ns / counts;
+  const double v_unit = delay_unit * speed_of_light_mps / likelihood.exposure().length_ns;
   const PaperParameters from = p;
+  const auto moved = [&](const Pair& at) {
+    return PaperParameters{from.delay_ns + at[0] * delay_unit, from.velocity_mps + at[1] * v_unit,
+                           from.signal_per_pulse, from.background_per_ns};
+  };
   Surface surface;
-  surface.dimensions = limits.moving ? 2 : 1;
-  surface.lower = {(limits.least_delay_ns - from.delay_ns) / delay_unit,
+  surface.dimensions = moving ? 2 : 1;
+  surface.lower = {(start_ns - reach_widths * width_ns - from.delay_ns) / delay_unit,
                    (-most_speed_mps - from.velocity_mps) / v_unit};
-  surface.upper = {(limits.largest_delay_ns - from.delay_ns) / delay_unit,
+  surface.upper = {(start_ns + reach_widths * width_ns - from.delay_ns) / delay_unit,
                    (most_speed_mps - from.velocity_mps) / v_unit};
   surface.value = [&](const Pair& at, Pair& gradient) {
-    likelihood.move_to(from.delay_ns + at[0] * delay_unit, from.velocity_mps + at[1] * v_unit);
-    const auto point = likelihood.evaluate(from.signal_per_pulse, from.background_per_ns);
-    gradient = {point.by_delay * delay_unit, point.by_velocity * v_unit};
-    return point.gain_nats;
+    const Gain gain = gain_at(likelihood, moved(at));
+    gradient = {gain.by_delay * delay_unit, gain.by_velocity * v_unit};
+    return gain.nats;
   };
   maximize(surface);
-  p.delay_ns = from.delay_ns + surface.best[0] * delay_unit;
-  p.velocity_mps = from.velocity_mps + surface.best[1] * v_unit;
-  likelihood.move_to(p.delay_ns, p.velocity_mps);
+  p = moved(surface.best);
   return surface.most;
 }
 
 }  // namespace
 
-AlternationResult alternate(PaperLikelihood& likelihood, const PaperParameters& start,
-                            bool moving) {
+AlternationResult alternate(LogLikelihood& likelihood, const PaperParameters& start, bool moving) {
+  constexpr double gain_small = 1e-10;
   AlternationResult result;
   result.parameters = start;
-  if (!(likelihood.photons() > 0 && likelihood.seen_ns() > 0)) return result;
+  if (likelihood.photons() == 0 || !(likelihood.exposure().seen_ns > 0)) return result;
   PaperParameters& p = result.parameters;
-  const double width_ns = likelihood.width_ns();
-  const Limits limits = {start.delay_ns - reach_widths * width_ns,
-                         start.delay_ns + reach_widths * width_ns, moving};
-  const double v_small = 1e-6 * width_ns * speed_of_light_mps / likelihood.length_ns();
-  const double gain_small = 1e-10;
+  const double delay_small = 1e-6 * likelihood.shape().width_ns();
+  const double v_small = delay_small * speed_of_light_mps / likelihood.exposure().length_ns;
   result.stop = Stop::rounds_spent;
-  likelihood.move_to(p.delay_ns, p.velocity_mps);
   for (int round = 0; round < max_rounds; ++round) {
     const PaperParameters before = p;
     maximize_rates(likelihood, p);
-    const double gain_nats = maximize_motion(likelihood, limits, p);
+    const double gain_nats = maximize_motion(likelihood, start.delay_ns, moving, p);
     const double gained = gain_nats - result.gain_nats;
     result.gain_nats = gain_nats;
-    if (round > 0 && std::abs(p.delay_ns - before.delay_ns) < 1e-6 * width_ns &&
+    if (round == 0) continue;
+    if (std::abs(p.delay_ns - before.delay_ns) < delay_small &&
         std::abs(p.velocity_mps - before.velocity_mps) < v_small) {
       result.stop = Stop::step_small;
       break;
     }
-    if (round > 0 && gained < gain_small) {
+    if (gained < gain_small) {
       result.stop = Stop::gain_small;
       break;
     }

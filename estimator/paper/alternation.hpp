@@ -1,9 +1,17 @@
 #pragma once
 
+#include "estimator/likelihood/log_likelihood.hpp"
 #include "estimator/model/estimate.hpp"
-#include "estimator/paper/paper_likelihood.hpp"
 
 namespace splid::paper {
+
+// What [P] estimates of a frame. The delay is in the pattern's clock; rates count the tagger's ns.
+struct PaperParameters {
+  double delay_ns = 0;  // tau, round trip at the frame's start
+  double velocity_mps = 0;
+  double signal_per_pulse = 0;   // S >= 0
+  double background_per_ns = 0;  // b > 0
+};
 
 struct AlternationResult {
   PaperParameters parameters;
@@ -13,9 +21,10 @@ struct AlternationResult {
 
 // The refinement of [P]: L-BFGS (LD_LBFGS of NLopt) on (S, b) and on (tau, v) in turn, until
 // neither pair moves. tau stays within ten pulse widths of the start. moving: false keeps the
-// start's v.
+// start's v. likelihood: of a frame that has begun.
 //
 // Frames without photons stop with not_run. Throws nothing but std::bad_alloc.
-AlternationResult alternate(PaperLikelihood& likelihood, const PaperParameters& start, bool moving);
+AlternationResult alternate(likelihood::LogLikelihood& likelihood, const PaperParameters& start,
+                            bool moving);
 
 }  // namespace splid::paper

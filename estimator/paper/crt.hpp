@@ -11,14 +11,9 @@ struct Remainder {
   double weight = 1;      // > 0; 1 / variance, on a scale that all remainders share
 };
 
-// Which of the two theorems below makes a delay of the remainders.
-enum class RemainderTheorem { mixed_integer, wang };
-// [P] rounds the periods to whole nanoseconds for the theorem of Wang et al.
-constexpr double wang_unit_ns = 1;
-
 struct CrtSolution {
   bool found = false;
-  double value_ns = 0;  // in [0, limit]; with the method of Wang in [0, least common multiple)
+  double value_ns = 0;  // in [0, limit]
   double cost = 0;      // sum of weight * (value - turns * modulus - remainder)^2
 };
 
@@ -31,15 +26,10 @@ struct CrtSolution {
 // 1e8 breakpoints (10 s).
 CrtSolution crt_mixed_integer(std::span<const Remainder> remainders, double limit_ns);
 
-// The robust Chinese remainder theorem of Wang, Li, Wang and Xia, "Maximum likelihood estimation
-// based robust Chinese remainder theorem for real numbers and its fast algorithm", IEEE Trans.
-// Signal Process. 63 (2015), for moduli M Gamma_k with pairwise coprime integers Gamma_k. It is
-// right as long as remainders err by less than M / 4. Moduli are rounded to multiples of unit_ns
-// first, which every turn adds to the error: with 99.9 and 104.1 ns it fails from ten turns (1000
-// ns) on, as [P] Fig. 5 shows.
-//
-// Errors: not found for fewer than two remainders, for ratios that are not pairwise coprime, or for
-// a least common multiple above 2^53 units.
-CrtSolution crt_wang(std::span<const Remainder> remainders, double unit_ns);
+// A theorem that makes a delay of the remainders; [P] has two. limit_ns: the largest delay sought.
+using RemainderTheorem = CrtSolution (*)(std::span<const Remainder> remainders, double limit_ns);
+
+// Whether there are two or more, of finite values and weights above zero.
+bool are_usable(std::span<const Remainder> remainders);
 
 }  // namespace splid::paper

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include "estimator/paper/train_photons.hpp"
 
 namespace splid::paper {
@@ -11,7 +13,7 @@ namespace splid::paper {
 //
 // Design note: the fundamental resolves 2 kHz in 0.5 ms, where 150 m/s move 10.6 MHz by 11 Hz. The
 // powers of all harmonics, weighted by the pulse's own, add up to the sum of squares of the photons
-// folded on 1 / f' and smoothed by the pulse (Parseval, harmonic_power.hpp). That takes one pass
+// folded on 1 / f' and smoothed by the pulse (Parseval). That takes one pass
 // over photons and bins, where 150 sums of 9,500 phasors at each of 1,000 frequencies take seconds.
 // From one trial to the next the ends of the train move by one bin; the best is then refined.
 // Adding powers loses the phases: N_s photons of signal among N stand out by N_s^2 / N sqrt(period
@@ -20,5 +22,11 @@ namespace splid::paper {
 //
 // Cost: 2 max |g| span / width steps over the photons and period / width bins (2^18 at most).
 double fourier_velocity_mps(const TrainPhotons& photons, double width_ns, double max_speed_mps);
+
+// The power of all harmonics at one f' = (1 - g) / period: the sum of squares of the photons,
+// folded on 1 / f' and smoothed by the pulse. Each photon is shared between the two bins beside it,
+// so that the power is continuous in g. rate: g of the delay, in ns per ns. bins: of about a pulse
+// width.
+double harmonic_power(const TrainPhotons& photons, std::size_t bins, double rate);
 
 }  // namespace splid::paper

@@ -1,34 +1,17 @@
 #pragma once
 
-#include <complex>
-#include <cstddef>
-#include <unsupported/Eigen/FFT>
-#include <vector>
-
+#include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/pulse_shape.hpp"
-#include "estimator/paper/corrected_times.hpp"
-#include "estimator/paper/emission_times.hpp"
+#include "estimator/model/pulse_train.hpp"
 
 namespace splid::paper {
 
-// Finds the delay with the largest sum_j log(b~ + S~ sum_p a_p h(T_j - tau - t_p)), for a target at
-// rest, with S~ = 1 and b~ = 1e-3 / ns, among delays a quarter to half of a pulse width apart, or a
-// 2^21th of the period where that is wider. The sum is a correlation on the circle of the period,
-// by FFT: B log B for B delays, however many photons there are. Source: [P] Eq. 8.
-class MatchedFilter {
- public:
-  MatchedFilter(const EmissionTimes& emission, const PulseShape& shape);
-
-  // In [0, pattern period), in the pattern's clock.
-  [[nodiscard]] double delay_ns(const CorrectedTimes& frame) const;
-
- private:
-  // Holds the roots of unity of the transforms, which take as long as a transform. Each call works
-  // on a copy of it.
-  Eigen::FFT<double> fft_;
-  std::size_t bins_ = 0;
-  std::vector<std::complex<double>> waves_;  // half of the filter's spectrum
-};
+// The delay with the largest sum_j log(b~ + S~ sum_p a_p h(T_j - tau - t_p)), for a target at rest,
+// with S~ = 1 and b~ = 1e-3 / ns, among delays a quarter to half of a pulse width apart, or a
+// 2^21th of the period where that is wider; in [0, pattern period), in the pattern's clock. The sum
+// is a correlation on the circle of the period, by FFT: B log B for B delays, however many photons
+// there are. train: of a random pattern, which has one segment. Source: [P] Eq. 8.
+double matched_delay_ns(const FoldedFrame& frame, const PulseTrain& train, const PulseShape& shape);
 
 // Signal and background by counting, for a target at delay_ns that may move at up to max_speed_mps:
 // within windows of t_win = 4 sigma + 4 v_max t_a / c about each pulse both, outside background
@@ -36,9 +19,9 @@ class MatchedFilter {
 // the photons count as signal; the refinement does not depend on it. Source: [P] Eq. 9 and 10.
 struct Counting {
   double signal_per_pulse = 0;   // of a pulse of amplitude 1; >= 0
-  double background_per_ns = 0;  // of the pattern's clock; >= 0
+  double background_per_ns = 0;  // of the tagger's clock; >= 0
 };
-Counting count_signal(const CorrectedTimes& frame, const EmissionTimes& emission, double width_ns,
+Counting count_signal(const FoldedFrame& frame, const PulseTrain& train, double width_ns,
                       double delay_ns, double max_speed_mps);
 
 }  // namespace splid::paper

@@ -4,34 +4,38 @@
 #include <cmath>
 
 #include "estimator/model/units.hpp"
-#include "estimator/paper/alternation.hpp"
-#include "estimator/paper/corrected_times.hpp"
-#include "estimator/paper/paper_likelihood.hpp"
-#include "estimator/paper/train_photons.hpp"
 
 namespace splid::paper {
 
 PaperMethod::PaperMethod(const Pattern& pattern, const PulseShape& shape, const SceneOptions& scene,
                          RemainderTheorem theorem)
     : shape_(shape),
+      scene_(scene),
       max_speed_mps_(scene.motion == Motion::static_target ? 0 : scene.max_speed_mps),
       unambiguous_ns_(pattern.unambiguous_delay_ps * ns_per_ps),
-      emission_(pattern),
-      start_(pattern, emission_, shape, max_speed_mps_, theorem) {}
+      train_(pattern),
+      start_(pattern, train_, shape, max_speed_mps_, theorem) {}
 
-PaperResult PaperMethod::estimate(const FrameView& view) {
+PaperResult PaperMethod::estimate(const FrameView& view) const {
+  if (!view.sync.locked) return {};
+  const auto length_ns = static_cast<double>(view.end_ps - view.start_ps) * ns_per_ps;
+  FoldedFrame frame(train_, view.photons_ps.size(),
+                    FrameSearch::reach_ns(scene_, shape_, length_ns));
+  frame.fold(view, train_);
+  return estimate(view, frame);
+}
+
+PaperResult PaperMethod::estimate(const FrameView& view, const FoldedFrame& frame) const {
   constexpr std::size_t least_photons = 3;
   PaperResult result;
-  result.photons = view.photons_ps.size();
-  if (!view.sync.locked || result.photons < least_photons) return result;
+  if (frame.size() < least_photons || !(frame.seen_ns > 0)) return result;
   const auto [first, last] = std::minmax_element(view.photons_ps.begin(), view.photons_ps.end());
   if (*first == *last) return result;
-  const CorrectedTimes frame(view, emission_.period_ns());
-  if (!(frame.seen_ns > 0)) return result;
-  const std::optional<PaperParameters> start = start_.find(frame);
+  const std::optional<PaperParameters> start = start_.find(view, frame);
   if (!start) return result;
 
-  PaperLikelihood likelihood(frame, emission_, shape_);
+  likelihood::LogLikelihood likelihood(shape_, train_, frame.size(), {});
+  likelihood.begin(frame);
   const AlternationResult refined = alternate(likelihood, *start, max_speed_mps_ > 0);
   const PaperParameters& p = refined.parameters;
   const auto reported_ns = [&](double delay_ns) {
@@ -54,7 +58,7 @@ PaperResult PaperMethod::estimate(const FrameView& view) {
 std::optional<Start> PaperMethod::start(const FrameView& view, const FoldedFrame& frame,
                                         FrameSearch& search) {
   search.straight(frame, Effort::balanced);
-  const PaperResult found = estimate(view);
+  const PaperResult found = estimate(view, frame);
   if (!found.found) return std::nullopt;
   const double beta = found.velocity_mps / speed_of_light_mps;
   const DelayTrack line = {found.delay_ns / frame.scale / (1 + beta),

@@ -1,32 +1,23 @@
 #pragma once
 
-#include <cstddef>
 #include <optional>
 
-#include "estimator/model/estimate.hpp"
-#include "estimator/model/frame_view.hpp"
 #include "estimator/model/options.hpp"
-#include "estimator/model/pulse_shape.hpp"
-#include "estimator/paper/emission_times.hpp"
-#include "estimator/paper/paper_likelihood.hpp"
+#include "estimator/paper/alternation.hpp"
 #include "estimator/paper/paper_start.hpp"
 #include "estimator/search/frame_search.hpp"
 #include "protocol/pattern.hpp"
 
 // The room paper/ is the method of [P] as [P] has it, to compare splid's own with: its
-// initialisers, then L-BFGS on two pairs of parameters in turn. It allocates and is slower than
-// search/. Open this file first. Its parts, in the order in which a frame passes them:
-//   corrected_times.hpp    the photons' times in the pattern's clock: [P] Eq. 20
-//   emission_times.hpp     the times at which pulses leave: [P] Eq. 1
+// initialisers, then L-BFGS on two pairs of parameters in turn, with the likelihood of likelihood/.
+// It allocates and is slower than search/. Open this file first. Its parts, in the order in which a
+// folded frame passes them:
 //   paper_start.hpp        where the refinement starts, by mode
 //     matched_filter.hpp     random patterns: [P] Eq. 8 to 10
-//     train_photons.hpp      other modes: the photons of one pulse train, and from these
-//     clusters.hpp           the photons that belong to a sub-period of an interleaved pattern,
-//     fourier_velocity.hpp   the velocity by the observed repetition frequency,
-//     harmonic_power.hpp     by the power of the harmonics,
-//     folded_peak.hpp        the delay modulo the train's period, and
+//     train_photons.hpp      other modes: the photons of one pulse train, those that belong to a
+//                            sub-period of an interleaved pattern, their delay modulo the period,
+//     fourier_velocity.hpp   their velocity by the observed repetition frequency, and
 //     crt.hpp                the delay itself, by a Chinese remainder theorem: [P] Eq. 16 to 18
-//   paper_likelihood.hpp   the likelihood: [P] Eq. 2, 4 and 7
 //   alternation.hpp        the refinement
 
 namespace splid::paper {
@@ -34,7 +25,7 @@ namespace splid::paper {
 // What method `paper` found in a frame. All values are finite; delays are in the tagger's clock.
 struct PaperResult {
   // Whether the values gain anything over no target. Where they do not, they are what the
-  // refinement ended with, unless `stop` is not_run: then only `photons` holds.
+  // refinement ended with, unless `stop` is not_run: then none holds.
   bool found = false;
   double delay_start_ns = 0;  // tau, round trip at the frame's start, in [0, unambiguous delay)
   double delay_ns = 0;        // round trip at mid-frame, in [0, unambiguous delay)
@@ -44,7 +35,6 @@ struct PaperResult {
   double gain_nats = 0;          // log-likelihood over no target
   PaperParameters start;         // what the initialiser found, where the refinement started
   Stop stop = Stop::not_run;
-  std::size_t photons = 0;
 };
 
 // The method of [P], kept whole as the yardstick for splid's own search: Fourier analysis and
@@ -59,8 +49,8 @@ struct PaperResult {
 //    be long against the delay. Where delays nearly repeat (with 99.9 and 104.1 ns to 0.3 ns within
 //    34.7 us), remainders have to be as good: with 48 photons of a rate in 8 to 9 frames of 10.
 //
-// Users get the mixed-integer program, which has the answer of Wang's theorem wherever that
-// applies; Wang's is there for [P] Fig. 5, which compares the two.
+// The mixed-integer program has the answer of Wang's theorem wherever that applies; the study of
+// [P] Fig. 5, which compares the two, gives Wang's (bench/studies/crt_wang.hpp).
 //
 // Threads: one call at a time. Errors: std::bad_alloc alone. Allocates. Nothing is found in frames
 // that are not locked, have fewer than 3 photons, or whose photons all came at one time.
@@ -68,22 +58,25 @@ class PaperMethod {
  public:
   // pattern: valid.
   PaperMethod(const Pattern& pattern, const PulseShape& shape, const SceneOptions& scene,
-              RemainderTheorem theorem = RemainderTheorem::mixed_integer);
-  // No copies, as start_ refers to emission_.
+              RemainderTheorem theorem = crt_mixed_integer);
+  // No copies, as start_ refers to train_.
   PaperMethod(const PaperMethod&) = delete;
   PaperMethod& operator=(const PaperMethod&) = delete;
 
-  PaperResult estimate(const FrameView& view);
+  [[nodiscard]] PaperResult estimate(const FrameView& view) const;
   // The same as a start that is judged as a result of the search is: by the same likelihood, with
   // the same deviations and the same threshold. frame: the folded view. The search runs too, for
   // the odds of the range.
   std::optional<Start> start(const FrameView& view, const FoldedFrame& frame, FrameSearch& search);
 
  private:
+  [[nodiscard]] PaperResult estimate(const FrameView& view, const FoldedFrame& frame) const;
+
   const PulseShape& shape_;
+  SceneOptions scene_;
   double max_speed_mps_;
   double unambiguous_ns_;
-  EmissionTimes emission_;
+  PulseTrain train_;
   PaperStart start_;
 };
 

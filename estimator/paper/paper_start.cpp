@@ -4,31 +4,25 @@
 #include <cmath>
 
 #include "estimator/model/units.hpp"
-#include "estimator/paper/clusters.hpp"
-#include "estimator/paper/crt.hpp"
-#include "estimator/paper/folded_peak.hpp"
 #include "estimator/paper/fourier_velocity.hpp"
+#include "estimator/paper/matched_filter.hpp"
 
 namespace splid::paper {
 
-PaperStart::PaperStart(const Pattern& pattern, const EmissionTimes& emission,
-                       const PulseShape& shape, double max_speed_mps, RemainderTheorem theorem)
-    : emission_(emission),
+PaperStart::PaperStart(const Pattern& pattern, const PulseTrain& train, const PulseShape& shape,
+                       double max_speed_mps, RemainderTheorem theorem)
+    : train_(train),
       shape_(shape),
       max_speed_mps_(max_speed_mps),
       mode_(pattern.mode),
       unambiguous_ns_(pattern.unambiguous_delay_ps * ns_per_ps),
       theorem_(theorem) {
-  if (mode_ == Mode::random) {
-    filter_.emplace(emission, shape);
-  } else if (mode_ == Mode::interleaved) {
+  if (mode_ == Mode::interleaved) {
     for (const double subperiod_ps : pattern.subperiods_ps) {
       repetitions_.push_back(subperiod_of(subperiod_ps * ns_per_ps));
     }
-  } else {
-    for (const auto& segment : emission.train().segments) {
-      repetitions_.push_back(repetition_of(segment.comb));
-    }
+  } else if (mode_ != Mode::random) {
+    for (const auto& segment : train.segments) repetitions_.push_back(repetition_of(segment.comb));
   }
 }
 
@@ -51,7 +45,7 @@ PaperStart::Repetition PaperStart::repetition_of(const Comb& comb) const {
 // The pulses of a sub-period are where most of the pattern's light lies modulo t_k. That is at 0,
 // except in a calibrated pattern, whose times may have any origin.
 PaperStart::Repetition PaperStart::subperiod_of(double nominal_ns) const {
-  const Comb& comb = emission_.train().segments.front().comb;
+  const Comb& comb = train_.segments.front().comb;
   const double turns = std::round(comb.period_ns / nominal_ns);
   const double period_ns = comb.period_ns / turns;
   std::vector<double> rests_ns;
@@ -61,42 +55,47 @@ PaperStart::Repetition PaperStart::subperiod_of(double nominal_ns) const {
   return {period_ns, cluster.middle_ns, cluster.weight / turns};
 }
 
-TrainPhotons PaperStart::photons_of(const CorrectedTimes& frame, std::size_t index) const {
-  const PulseTrain::Segment& train = emission_.train().segments[index];
-  const double length_ns = train.end_ns - train.begin_ns;
+TrainPhotons PaperStart::photons_of(const FrameView& view, const FoldedFrame& frame,
+                                    std::size_t index) const {
+  const PulseTrain::Segment& train = train_.segments[index];
+  const double length_ns = train.end_ns - train.begin_ns, period_ns = train_.period_ns;
   const Repetition& repetition = repetitions_[index];
   TrainPhotons photons;
   photons.period_ns = repetition.period_ns;
   // Where the frame starts while the train plays, the train is seen from the frame's start on.
-  const double into_ns = fold_on(frame.start_phase_ns - train.begin_ns, frame.period_ns);
-  photons.start_ns = into_ns < length_ns ? 0 : frame.period_ns - into_ns;
-  for (std::size_t j = 0; j < frame.time_ns.size(); ++j) {
+  const double mid_ns = frame.length_ns / 2;
+  const double into_ns =
+      fold_on(frame.phase_ns[0] - (frame.time_ns[0] + mid_ns) - train.begin_ns, period_ns);
+  photons.start_ns = into_ns < length_ns ? 0 : period_ns - into_ns;
+  for (std::size_t j = 0; j < frame.size(); ++j) {
     const double within_ns = frame.phase_ns[j] - train.begin_ns;
     if (within_ns < 0 || within_ns >= length_ns) continue;
     photons.phase_ns.push_back(fold_on(within_ns - repetition.offset_ns, repetition.period_ns));
-    photons.time_ns.push_back(frame.time_ns[j] - photons.start_ns);
+    photons.time_ns.push_back(frame.time_ns[j] + mid_ns - photons.start_ns);
   }
   // How long the train was on between the frame's start and a time.
-  const auto on_ns = [&](double time_ns) {
-    const double since_ns = time_ns + into_ns;
-    const double turns = std::floor(since_ns / frame.period_ns);
-    return turns * length_ns + std::min(since_ns - turns * frame.period_ns, length_ns);
+  const auto on_ns = [&](std::int64_t time_ps) {
+    const double time_ns = static_cast<double>(time_ps - view.start_ps) * ns_per_ps / frame.scale;
+    const double turns = std::floor((time_ns + into_ns) / period_ns);
+    return turns * length_ns + std::min(time_ns + into_ns - turns * period_ns, length_ns);
   };
-  for (const auto& span : frame.seen) photons.seen_ns += on_ns(span.end_ns) - on_ns(span.begin_ns);
+  photons.seen_ns = on_ns(view.end_ps) - on_ns(view.start_ps);
+  for (const Loss& loss : view.losses) photons.seen_ns -= on_ns(loss.end_ps) - on_ns(loss.begin_ps);
   photons.amplitude = repetition.amplitude * photons.seen_ns / repetition.period_ns;
   photons.counted = static_cast<double>(photons.size());
   return photons;
 }
 
-TrainPhotons PaperStart::photons_of_subperiod(const CorrectedTimes& frame,
+TrainPhotons PaperStart::photons_of_subperiod(const FoldedFrame& frame,
                                               const Repetition& subperiod) const {
   TrainPhotons photons;
   photons.period_ns = subperiod.period_ns;
-  for (const double phase_ns : frame.phase_ns) {
-    photons.phase_ns.push_back(fold_on(phase_ns - subperiod.offset_ns, subperiod.period_ns));
+  for (std::size_t j = 0; j < frame.size(); ++j) {
+    photons.phase_ns.push_back(
+        fold_on(frame.phase_ns[j] - subperiod.offset_ns, subperiod.period_ns));
+    photons.time_ns.push_back(frame.time_ns[j] + frame.length_ns / 2);
   }
-  photons.time_ns = frame.time_ns;
-  photons.seen_ns = frame.seen_ns;
+  photons.seen_ns = frame.seen_ns / frame.scale;
   photons.amplitude = subperiod.amplitude * photons.seen_ns / subperiod.period_ns;
   photons.counted = static_cast<double>(photons.size());
   const double motion_ns = 2 * max_speed_mps_ / speed_of_light_mps * frame.length_ns;
@@ -134,36 +133,28 @@ std::optional<PaperParameters> PaperStart::from_trains(
     remainders.push_back(
         {fold_on(value_ns, trains[k].period_ns), trains[k].period_ns, std::max(counts[k], 1e-3)});
   }
-  const CrtSolution crt = theorem_ == RemainderTheorem::wang
-                              ? crt_wang(remainders, wang_unit_ns)
-                              : crt_mixed_integer(remainders, unambiguous_ns_);
+  const CrtSolution crt = theorem_(remainders, unambiguous_ns_);
   if (!crt.found) return std::nullopt;
   mean.delay_ns = crt.value_ns * (1 + beta);
   return mean;
 }
 
-PaperParameters PaperStart::by_matched_filter(const CorrectedTimes& frame) const {
-  PaperParameters start;
-  start.delay_ns = filter_->delay_ns(frame);
+PaperParameters PaperStart::by_matched_filter(const FoldedFrame& frame) const {
+  const double delay_ns = matched_delay_ns(frame, train_, shape_);
   const Counting counting =
-      count_signal(frame, emission_, shape_.width_ns(), start.delay_ns, max_speed_mps_);
-  start.signal_per_pulse = counting.signal_per_pulse;
-  start.background_per_ns = counting.background_per_ns;
-  return start;
+      count_signal(frame, train_, shape_.width_ns(), delay_ns, max_speed_mps_);
+  return {delay_ns, 0, counting.signal_per_pulse, counting.background_per_ns};
 }
 
-std::optional<PaperParameters> PaperStart::find(const CorrectedTimes& frame) const {
-  std::optional<PaperParameters> start;
-  if (filter_) {
-    start = by_matched_filter(frame);
-  } else {
-    std::vector<TrainPhotons> trains;
-    for (std::size_t k = 0; k < repetitions_.size(); ++k) {
-      trains.push_back(mode_ == Mode::interleaved ? photons_of_subperiod(frame, repetitions_[k])
-                                                  : photons_of(frame, k));
-    }
-    start = from_trains(trains);
+std::optional<PaperParameters> PaperStart::find(const FrameView& view,
+                                                const FoldedFrame& frame) const {
+  if (mode_ == Mode::random) return by_matched_filter(frame);
+  std::vector<TrainPhotons> trains;
+  for (std::size_t k = 0; k < repetitions_.size(); ++k) {
+    trains.push_back(mode_ == Mode::interleaved ? photons_of_subperiod(frame, repetitions_[k])
+                                                : photons_of(view, frame, k));
   }
+  std::optional<PaperParameters> start = from_trains(trains);
   // The background was counted in the pattern's clock, in which the frame is shorter by `scale`.
   if (start) start->background_per_ns /= frame.scale;
   return start;

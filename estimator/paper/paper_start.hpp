@@ -3,12 +3,12 @@
 #include <optional>
 #include <vector>
 
+#include "estimator/fold/folded_frame.hpp"
+#include "estimator/model/frame_view.hpp"
 #include "estimator/model/pulse_shape.hpp"
-#include "estimator/paper/corrected_times.hpp"
+#include "estimator/model/pulse_train.hpp"
+#include "estimator/paper/alternation.hpp"
 #include "estimator/paper/crt.hpp"
-#include "estimator/paper/emission_times.hpp"
-#include "estimator/paper/matched_filter.hpp"
-#include "estimator/paper/paper_likelihood.hpp"
 #include "estimator/paper/train_photons.hpp"
 #include "protocol/pattern.hpp"
 
@@ -19,10 +19,12 @@ namespace splid::paper {
 // rest.
 class PaperStart {
  public:
-  PaperStart(const Pattern& pattern, const EmissionTimes& emission, const PulseShape& shape,
-             double max_speed_mps, RemainderTheorem theorem = RemainderTheorem::mixed_integer);
+  PaperStart(const Pattern& pattern, const PulseTrain& train, const PulseShape& shape,
+             double max_speed_mps, RemainderTheorem theorem = crt_mixed_integer);
 
-  [[nodiscard]] std::optional<PaperParameters> find(const CorrectedTimes& frame) const;
+  // frame: the folded view, which has photons.
+  [[nodiscard]] std::optional<PaperParameters> find(const FrameView& view,
+                                                    const FoldedFrame& frame) const;
 
  private:
   // The evenly spaced pulses of a comb, taken as one pulse in each of their spacings.
@@ -33,22 +35,22 @@ class PaperStart {
   };
   [[nodiscard]] Repetition repetition_of(const Comb& comb) const;
   [[nodiscard]] Repetition subperiod_of(double nominal_ns) const;
-  [[nodiscard]] TrainPhotons photons_of(const CorrectedTimes& frame, std::size_t index) const;
-  [[nodiscard]] TrainPhotons photons_of_subperiod(const CorrectedTimes& frame,
+  [[nodiscard]] TrainPhotons photons_of(const FrameView& view, const FoldedFrame& frame,
+                                        std::size_t index) const;
+  [[nodiscard]] TrainPhotons photons_of_subperiod(const FoldedFrame& frame,
                                                   const Repetition& subperiod) const;
   // Fourier analysis and censoring of each train. The result is the mean over the trains, with the
   // delay that the Chinese remainder theorem makes of the trains' delays.
   [[nodiscard]] std::optional<PaperParameters> from_trains(
       const std::vector<TrainPhotons>& trains) const;
-  [[nodiscard]] PaperParameters by_matched_filter(const CorrectedTimes& frame) const;
+  [[nodiscard]] PaperParameters by_matched_filter(const FoldedFrame& frame) const;
 
-  const EmissionTimes& emission_;
+  const PulseTrain& train_;
   const PulseShape& shape_;
   double max_speed_mps_;
   Mode mode_;
   double unambiguous_ns_;
   RemainderTheorem theorem_;
-  std::optional<MatchedFilter> filter_;  // of random patterns
   std::vector<Repetition> repetitions_;  // of each train, or of each sub-period where interleaved
 };
 

@@ -15,7 +15,7 @@ double score_of(const test::PaperScene& scene, double delay_ns) {
   const PatternSegment& segment = scene.made.pattern.segments.front();
   const double period_ns = segment.period_ps * 1e-3;
   double score = 0;
-  for (const double phase_ns : scene.times.phase_ns) {
+  for (const double phase_ns : scene.folded.phase_ns) {
     double density = 0;
     for (std::size_t p = 0; p < segment.pulse_times_ps.size(); ++p) {
       const double off =
@@ -37,7 +37,7 @@ TEST(MatchedFilter, FindsTheBestDelayOfEquation8) {
     if (sigma_ns > 1) made.signal_per_pulse = 0.3;
     made.pattern.segments[0].amplitudes[3] = 2.5;
     const test::PaperScene scene(made, 3);
-    const double found_ns = MatchedFilter(scene.emission, *scene.shape).delay_ns(scene.times);
+    const double found_ns = matched_delay_ns(scene.folded, scene.train, *scene.shape);
     EXPECT_NEAR(found_ns, scene.delay_start_ns(), sigma_ns);
     double most = 0;
     for (double delay_ns = 0; delay_ns < 378; delay_ns += sigma_ns / 2) {
@@ -53,7 +53,7 @@ TEST(MatchedFilter, CountsSignalAndBackground) {
   made.length_ms = 10;
   const test::PaperScene scene(made, 3);
   const Counting counting =
-      count_signal(scene.times, scene.emission, 0.1, scene.delay_start_ns(), 100);
+      count_signal(scene.folded, scene.train, 0.1, scene.delay_start_ns(), 100);
   // Windows of 14 ns about 40 pulses hold 16 % of the time or less.
   EXPECT_NEAR(counting.signal_per_pulse, 0.018, 0.018 * 5 / std::sqrt(1900.0));
   EXPECT_NEAR(counting.background_per_ns, 1e-3, 5 * std::sqrt(1e-3 / 8e6));
@@ -61,10 +61,10 @@ TEST(MatchedFilter, CountsSignalAndBackground) {
 
 TEST(MatchedFilter, CountsHalvesWhereNothingIsOutside) {
   const test::PaperScene scene(test::simulated_scene(make_random({}), 0), 3);
-  const Counting counting = count_signal(scene.times, scene.emission, 0.1, 0, 1e6);
+  const Counting counting = count_signal(scene.folded, scene.train, 0.1, 0, 1e6);
   const auto half = static_cast<double>(scene.frame.photons_ps.size()) / 2;
-  EXPECT_NEAR(counting.background_per_ns, half / scene.times.seen_ns, 1e-12);
-  EXPECT_NEAR(counting.signal_per_pulse * 40 / 3780 * scene.times.seen_ns, half, 1e-6);
+  EXPECT_NEAR(counting.background_per_ns, half / scene.folded.seen_ns, 1e-12);
+  EXPECT_NEAR(counting.signal_per_pulse * 40 / 3780 * scene.folded.seen_ns, half, 1e-6);
 }
 
 }  // namespace

@@ -132,7 +132,6 @@ TEST(PaperMethod, FramesThatTellNothingAreNotFound) {
       frame.photons_ps = photons_ps;
       const PaperResult result = estimate(made, frame);
       EXPECT_FALSE(result.found) << photons_ps.size();
-      EXPECT_EQ(result.photons, photons_ps.size());
       expect_finite(result);
     }
     // A few at any times, in pairs, and all but one at one time: found or not, but finite.

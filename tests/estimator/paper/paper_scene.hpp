@@ -1,11 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
+#include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/pulse_shape.hpp"
+#include "estimator/model/pulse_train.hpp"
 #include "estimator/model/units.hpp"
-#include "estimator/paper/corrected_times.hpp"
-#include "estimator/paper/emission_times.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid::test {
@@ -26,8 +27,8 @@ inline FrameMaker simulated_scene(const Pattern& pattern, double velocity_mps) {
 struct PaperScene {
   FrameMaker made;
   FrameMaker::Frame frame;
-  paper::EmissionTimes emission;
-  paper::CorrectedTimes times;
+  PulseTrain train;
+  FoldedFrame folded;
   std::unique_ptr<PulseShape> shape;
 
   PaperScene(const FrameMaker& made_in, std::uint64_t seed)
@@ -35,15 +36,17 @@ struct PaperScene {
   PaperScene(const FrameMaker& made_in, const FrameMaker::Frame& frame_in)
       : made(made_in),
         frame(frame_in),
-        emission(made.pattern),
-        times(frame.view(), emission.period_ns()),
-        shape(make_gaussian(made.sigma_ns)) {}
+        train(made.pattern),
+        folded(train, frame.photons_ps.size()),
+        shape(make_gaussian(made.sigma_ns)) {
+    folded.fold(frame.view(), train);
+  }
 
   // Round trip at the frame's start, in the pattern's clock.
   [[nodiscard]] double delay_start_ns() const {
     const double length_ns = static_cast<double>(frame.end_ps - frame.start_ps) * ns_per_ps;
     const double start_m = made.distance_m - made.velocity_mps * length_ns * 1e-9 / 2;
-    return 2 * start_m / speed_of_light_mps * 1e9 / times.scale;
+    return 2 * start_m / speed_of_light_mps * 1e9 / folded.scale;
   }
 };
 

@@ -13,8 +13,8 @@ namespace {
 constexpr double velocities_mps[] = {0, 10, 77, -140};
 
 std::optional<PaperParameters> start_of(const test::PaperScene& scene, double max_speed_mps = 150) {
-  const PaperStart start(scene.made.pattern, scene.emission, *scene.shape, max_speed_mps);
-  return start.find(scene.times);
+  const PaperStart start(scene.made.pattern, scene.train, *scene.shape, max_speed_mps);
+  return start.find(scene.frame.view(), scene.folded);
 }
 
 // Within what refinement reaches: tau by ten pulse widths at most, and the line's far end too.
@@ -24,7 +24,7 @@ void expect_in_reach(const test::PaperScene& scene, const char* mode) {
   const double circle_ns = scene.made.pattern.unambiguous_delay_ps * 1e-3;
   const double off_ns = std::remainder(start->delay_ns - scene.delay_start_ns(), circle_ns);
   const double moved_ns =
-      (start->velocity_mps - scene.made.velocity_mps) * 2 / 299792458.0 * scene.times.length_ns;
+      (start->velocity_mps - scene.made.velocity_mps) * 2 / 299792458.0 * scene.folded.length_ns;
   EXPECT_LT(std::abs(off_ns), 0.5) << mode << " " << scene.made.velocity_mps;
   EXPECT_LT(std::abs(off_ns + moved_ns), 0.5) << mode << " " << scene.made.velocity_mps;
   EXPECT_NEAR(start->signal_per_pulse / scene.made.signal_per_pulse, 1, 0.4) << mode;

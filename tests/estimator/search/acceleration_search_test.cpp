@@ -63,7 +63,8 @@ TEST(AccelerationSearch, AStraightenedFrameHasTheTargetOnALine) {
     NearSet near(frame.photons_ps.size(), 2 * frame.photons_ps.size());
     near.collect(straight, comb_windows(train, -0.02, 0.02), train, line);
     // All but those in the few periods after a change of rate, when the last rate's light arrives.
-    EXPECT_GT(near.near_photons, 0.98 * static_cast<double>(frame.photons_ps.size()));
+    EXPECT_GT(static_cast<double>(near.photons()),
+              0.98 * static_cast<double>(frame.photons_ps.size()));
     double mean = 0;
     for (const double residual : near.residual_ns) mean += residual;
     EXPECT_NEAR(mean / static_cast<double>(near.entries()), 0, 2e-4);

@@ -51,7 +51,7 @@ double gain_on(const NearSet& near, const Folded& folded) {
     }
     excess[n] -= 1;
   }
-  const auto far = static_cast<double>(folded.frame.size()) - near.near_photons;
+  const auto far = static_cast<double>(folded.frame.size()) - static_cast<double>(near.photons());
   double low = 0, high = 1;
   for (int round = 0; round < 25; ++round) {
     const double f = (low + high) / 2;
