@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "estimator/checks/frame_checks.hpp"
-#include "estimator/checks/input_split.hpp"
 #include "estimator/checks/light_flicker.hpp"
 #include "estimator/fold/dead_intervals.hpp"
 #include "estimator/fold/folded_frame.hpp"

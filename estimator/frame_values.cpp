@@ -10,12 +10,6 @@ namespace {
 
 using likelihood::Maximum;
 
-// A delay on a circle: in [0, circle_ns).
-double within_circle(double delay_ns, double circle_ns) {
-  const double turned = delay_ns - circle_ns * std::floor(delay_ns / circle_ns);
-  return turned < circle_ns ? turned : 0.0;
-}
-
 // The covariance of the delay at mid-frame and the range walk. At mid-frame P_2 is -1/2.
 struct MidFrame {
   double delay = 0, both = 0, walk = 0;
@@ -73,18 +67,18 @@ void fill_values(Estimate& estimate, const Maximum& at, std::size_t target,
   const double beta = g / (2 - g);
   // Where delays repeat, the search may end at any copy of the delay, so the delay is folded before
   // it is turned into tau: a copy k circles on would otherwise come out k beta circles further.
-  const double delay_ns = within_circle(own.track.at_mid_frame_ns(), units.circle_ns);
+  const double delay_ns = fold_on(own.track.at_mid_frame_ns(), units.circle_ns);
   const double start_ns = own.track.at(-0.5) - own.track.at_mid_frame_ns();  // from mid-frame
   estimate.has_values = true;
   estimate.acceleration_mps2 = acceleration_of(own.track.quadratic_ns, units.length_ns);
   // tau = D (1 + beta) in the pattern's clock; times `scale` it is in the clock that is right.
-  estimate.delay_ns = within_circle(delay_ns * (1 + beta), units.circle_ns) * units.scale;
+  estimate.delay_ns = fold_on(delay_ns * (1 + beta), units.circle_ns) * units.scale;
   // Light that comes back at mid-frame met the target half a delay before.
   estimate.velocity_mps =
       beta * speed_of_light_mps + estimate.acceleration_mps2 * estimate.delay_ns * 1e-9 / 2;
   const double curved_ns = start_ns + own.track.walk_ns / 2;
   estimate.delay_start_ns =
-      within_circle(delay_ns * (1 + beta) - beta * units.length_ns + curved_ns, units.circle_ns) *
+      fold_on(delay_ns * (1 + beta) - beta * units.length_ns + curved_ns, units.circle_ns) *
       units.scale;
   estimate.signal_per_pulse = own.signal_per_pulse;
   estimate.background_per_ns = at.model.background_per_ns;

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "estimator/model/units.hpp"
-#include "estimator/sync/period_from_gaps.hpp"
+#include "estimator/sync/sync_survey.hpp"
 #include "protocol/saturated.hpp"
 
 namespace splid {

@@ -6,9 +6,6 @@
 namespace splid::array {
 namespace {
 
-// After so many frames FrameEstimator searches a pixel anew.
-constexpr std::size_t followed_frames = 20;
-
 // A neighbour tells where a target is, and not how bright it is, nor how sure its range is: the
 // frame looks at all delays that can be taken for the one that is found.
 TargetTrack without_light(const TargetTrack& track) {
@@ -28,7 +25,7 @@ TargetTrack PixelTrack::seen() const {
 
 void PixelTrack::begin_frame(const TargetTrack& help) {
   track_ = seen();
-  const auto first = static_cast<int>(pixel_ % followed_frames);
+  const auto first = static_cast<int>(pixel_ % most_followed);
   if (!track_.valid && help.valid) {
     track_ = without_light(help);
     track_.followed = first;

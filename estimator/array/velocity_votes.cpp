@@ -6,12 +6,13 @@
 #include <functional>
 #include <numbers>
 
+#include "estimator/model/chance.hpp"
+
 namespace splid::array {
 namespace {
 
 // A velocity is tried where the best votes are; others cannot be the best without these.
 constexpr std::size_t most_tried = 128;
-constexpr double voting_deviations = 4;
 
 double off_deviations(const Vote& vote, double mps) {
   return (mps - vote.velocity.mps) / vote.velocity.std_mps;
@@ -39,7 +40,7 @@ Velocity mean_about(std::span<const Vote> votes, double mps) {
     const std::size_t pixel = votes[i].pixel;
     const Vote* best = nullptr;
     for (; i < votes.size() && votes[i].pixel == pixel; ++i) {
-      if (std::abs(off_deviations(votes[i], mps)) > voting_deviations) continue;
+      if (std::abs(off_deviations(votes[i], mps)) > unlikely_deviations) continue;
       if (best == nullptr || votes[i].evidence_nats > best->evidence_nats) best = &votes[i];
     }
     if (best == nullptr || best->evidence_nats < 0) continue;

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "estimator/calibration/pulse_finder.hpp"
+
 namespace splid::calibration {
 namespace {
 
@@ -13,8 +15,6 @@ namespace {
 // length of the cell, that a short cell holds: with a = L / (2 sigma),
 // sqrt(pi) erf(a) / a - (1 - exp(-a^2)) / a^2 is 1/2 at a = 2.85.
 constexpr double half_cell_sigmas = 5.7;
-
-constexpr double deviations_of_pairs = 8;
 
 // Photons come at whole picoseconds. On a pattern period of a whole number of them, cells that are
 // shorter show these.
@@ -52,7 +52,7 @@ std::optional<double> width_by_pairs_ps(const PhaseHistogram& fold) {
     if (cell_ps < shortest_cell_ps) continue;
     const Pairs pairs = pairs_in(cells, photons);
     if (!(whole > 0)) {
-      if (pairs.excess < deviations_of_pairs * pairs.deviation) continue;
+      if (pairs.excess < outstanding_deviations * pairs.deviation) continue;
       whole = before = pairs.excess;
       continue;
     }

@@ -25,6 +25,11 @@ double FramePhase::turn_of(std::int64_t photon_ps) const {
   return turns - std::floor(turns);
 }
 
+std::size_t FramePhase::bin_of(std::int64_t photon_ps, std::size_t bins) const {
+  const double place = turn_of(photon_ps) * static_cast<double>(bins);
+  return std::min(static_cast<std::size_t>(place), bins - 1);
+}
+
 PhaseHistogram::PhaseHistogram(double period_ps, double width_ps) {
   const double bins = std::ceil(period_ps / width_ps * bins_per_width);
   counts_.resize(static_cast<std::size_t>(std::clamp(bins, least_bins, most_bins)));
@@ -33,7 +38,7 @@ PhaseHistogram::PhaseHistogram(double period_ps, double width_ps) {
 void PhaseHistogram::add(const FrameView& frame) {
   if (!frame.sync.locked) return;
   const FramePhase phase(frame);
-  for (const std::int64_t photon_ps : frame.photons_ps) ++counts_[bin_of(phase.turn_of(photon_ps))];
+  for (const std::int64_t photon_ps : frame.photons_ps) ++counts_[phase.bin_of(photon_ps, bins())];
   period_.add(frame.sync);
   photons_ += frame.photons_ps.size();
   std::int64_t seen_ps = frame.end_ps - frame.start_ps;
@@ -45,11 +50,6 @@ void PhaseHistogram::add(const FrameView& frame) {
 
 double PhaseHistogram::std_phase_ps() const {
   return photons_ > 0 ? std::sqrt(phase_variance_ps2_) / static_cast<double>(photons_) : 0;
-}
-
-std::size_t PhaseHistogram::bin_of(double turn) const {
-  // turn - floor(turn) of a tiny negative turn rounds to 1.
-  return std::min(static_cast<std::size_t>(turn * static_cast<double>(bins())), bins() - 1);
 }
 
 std::size_t PhaseHistogram::wrapped(std::ptrdiff_t bin) const {

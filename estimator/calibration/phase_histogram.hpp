@@ -16,6 +16,8 @@ class FramePhase {
   explicit FramePhase(const FrameView& view);
   // The phase in turns, in [0, 1); a tiny negative phase may round to 1.
   [[nodiscard]] double turn_of(std::int64_t photon_ps) const;
+  // Which of so many bins of the period it is in.
+  [[nodiscard]] std::size_t bin_of(std::int64_t photon_ps, std::size_t bins) const;
 
  private:
   std::int64_t origin_ps_;
@@ -44,8 +46,6 @@ class PhaseHistogram {
   // One standard deviation of the phase that all photons have in common, by the syncs' jitter; ps.
   [[nodiscard]] double std_phase_ps() const;
 
-  // The bin of a phase in turns.
-  [[nodiscard]] std::size_t bin_of(double turn) const;
   // The bin of any whole number, as the circle closes.
   [[nodiscard]] std::size_t wrapped(std::ptrdiff_t bin) const;
 

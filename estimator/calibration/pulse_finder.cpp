@@ -10,10 +10,7 @@ namespace splid::calibration {
 namespace {
 
 constexpr double half_window_widths = 1.5;
-// The highest place of the background, among the 10^5 places of a long pattern, stays below 5
-// deviations; 8 leaves room for a background that is not flat. The twentieth of the strongest pulse
-// keeps that pulse's own tail out.
-constexpr double deviations_above_background = 8;
+// The twentieth of the strongest pulse keeps that pulse's own tail out.
 constexpr double least_of_strongest = 0.05;
 
 class Finder {
@@ -71,9 +68,8 @@ bool Finder::is_top(std::size_t bin) const {
 // The places at which photons stand out, those with the most photons first.
 std::vector<std::size_t> Finder::places() const {
   const double strongest = *std::max_element(near_.begin(), near_.end()) - background_;
-  const double least =
-      background_ + std::max(deviations_above_background * std::sqrt(background_ + 1),
-                             least_of_strongest * strongest);
+  const double least = background_ + std::max(outstanding_deviations * std::sqrt(background_ + 1),
+                                              least_of_strongest * strongest);
   std::vector<std::size_t> order;
   for (std::size_t k = 0; k < near_.size(); ++k) {
     if (near_[k] > least && is_top(k)) order.push_back(k);

@@ -6,6 +6,11 @@
 
 namespace splid::calibration {
 
+// Photons stand out of the background by so many deviations. The highest place of the background,
+// among the 10^5 places of a long pattern, stays below 5; 8 leaves room for a background that is
+// not flat.
+inline constexpr double outstanding_deviations = 8;
+
 // A pulse as the photons of a target at rest show it.
 struct FoundPulse {
   double time_ps = 0;  // in [0, period), after the pattern start

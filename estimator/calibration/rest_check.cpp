@@ -50,8 +50,7 @@ void RestCheck::add(const FrameView& frame) {
   const FramePhase phase(frame);
   double sum = 0;
   for (const std::int64_t photon_ps : frame.photons_ps) {
-    const double place = phase.turn_of(photon_ps) * static_cast<double>(bins_);
-    sum += score_[std::min(static_cast<std::size_t>(place), bins_ - 1)];
+    sum += score_[phase.bin_of(photon_ps, bins_)];
   }
   const double information = information_ * static_cast<double>(frame.photons_ps.size());
   const double variance = 1 / information + frame.sync.std_phase_ps * frame.sync.std_phase_ps;

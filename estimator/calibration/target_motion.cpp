@@ -7,6 +7,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "estimator/calibration/phase_histogram.hpp"
+#include "estimator/model/chance.hpp"
 
 namespace splid::calibration {
 namespace {
@@ -14,7 +15,6 @@ namespace {
 constexpr std::size_t most_slices = 64;
 constexpr std::size_t least_slice_bins = 64;
 constexpr std::size_t most_slice_bins = 1 << 17;
-constexpr double better_deviations = 6;
 constexpr double moving_bins = 3;
 
 // Lays slices upon each other, one after the other.
@@ -40,7 +40,7 @@ class Alignment {
     const auto best = static_cast<std::size_t>(
         std::max_element(correlation_.begin(), correlation_.end()) - correlation_.begin());
     const double gain = correlation_[best] - correlation_[shift_];
-    return gain > better_deviations * std::sqrt(noise(slice, best)) ? best : shift_;
+    return gain > sure_deviations_of_many * std::sqrt(noise(slice, best)) ? best : shift_;
   }
 
   // The variance, by the slice's photons, of the gain in correlation at a shift over the present
@@ -110,8 +110,7 @@ void TargetMotion::add(const FrameView& frame) {
   slice.middle_s += static_cast<double>(middle_ps - *begin_ps_) * 1e-12;
   const FramePhase phase(frame);
   for (const std::int64_t photon_ps : frame.photons_ps) {
-    const double place = phase.turn_of(photon_ps) * static_cast<double>(bins_);
-    slice.counts[std::min(static_cast<std::size_t>(place), bins_ - 1)] += 1;
+    slice.counts[phase.bin_of(photon_ps, bins_)] += 1;
   }
 }
 

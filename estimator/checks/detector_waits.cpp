@@ -5,14 +5,13 @@
 #include <cmath>
 
 #include "estimator/checks/findings.hpp"
+#include "estimator/model/chance.hpp"
 #include "estimator/model/units.hpp"
 #include "protocol/saturated.hpp"
 
 namespace splid::checks {
 namespace {
 
-constexpr double certain_nats = sure_squares / 2;
-constexpr double most_moved = 0.5;         // deviations of a frame
 constexpr double leak = 0.01;              // detections in a dead time, of those without
 constexpr double control_from_ps = 20e6;   // behind the longest wait that is counted
 constexpr double longest_early_ns = 1000;  // after the dead time: afterpulses come by then
@@ -95,7 +94,7 @@ void DetectorWaits::find_dead_time(FoundList& found, double detections_a_frame) 
   const double per_ns = detections_ / seen_ns_;
   const double lost = per_ns * (seen.ns - dead_time_ns_);
   if (seen.gain_nats >= certain_nats && seen.ns > waits_too_long * dead_time_ns_) {
-    if (lost * std::sqrt(detections_a_frame) < most_moved) return;
+    if (lost * std::sqrt(detections_a_frame) < least_that_matters) return;
     return found.add({FindingName::dead_time, seen.ns, seen.std_ns, seen.gain_nats});
   }
   // Detections within the configured dead time.
@@ -103,7 +102,7 @@ void DetectorWaits::find_dead_time(FoundList& found, double detections_a_frame) 
   for (std::size_t bin = 0; begin_ns(bin + 1) < waits_too_short * dead_time_ns_; ++bin) {
     counted += after_[bin], expected += control_[bin];
   }
-  if (!(counted > 0) || -lost * std::sqrt(detections_a_frame) < most_moved) return;
+  if (!(counted > 0) || -lost * std::sqrt(detections_a_frame) < least_that_matters) return;
   const double dark = std::max(leak * expected, leak);
   const double nats = counted * std::log(counted / dark) - counted + dark;
   if (counted < dark || nats < certain_nats) return;
@@ -128,7 +127,7 @@ DetectorWaits::Share DetectorWaits::share_by(double alive_ns, double early_ns) c
                      control_[bin] / (waiting_control * waiting_control);
     waiting_after -= after_[bin], waiting_control -= control_[bin];
   }
-  constexpr double part = plateau / (late_windows - 1);
+  const double part = plateau / (late_windows - 1);
   return {early.value - part * std::max(0.0, late.value),
           early.variance + part * part * late.variance};
 }
@@ -143,7 +142,8 @@ void DetectorWaits::find_afterpulses(FoundList& found, double detections_a_frame
     nats = one.value * one.value / one.variance / 2;
     share = share_by(alive_ns, std::min(late_windows * early_ns, longest_early_ns));
   }
-  if (nats < certain_nats || share.value * std::sqrt(detections_a_frame) < most_moved) return;
+  if (nats < certain_nats || share.value * std::sqrt(detections_a_frame) < least_that_matters)
+    return;
   found.add({FindingName::afterpulsing, share.value, std::sqrt(share.variance), nats});
 }
 
@@ -194,7 +194,7 @@ void DetectorWaits::find_walk(FoundList& found, double detections_a_frame, doubl
       (squares - sure_squares_of(static_cast<double>(all.count)) + sure_squares) / 2;
   const double returns_a_frame = detections_a_frame * all.returns / detections_;
   const double deviations = std::abs(moved_ns) * std::sqrt(returns_a_frame / all.variance);
-  if (nats < certain_nats || deviations < most_moved) return;
+  if (nats < certain_nats || deviations < least_that_matters) return;
   found.add(
       {FindingName::timing_walk, latest->by_ns / ns_per_ps, latest->std_ns / ns_per_ps, nats});
 }

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/model/chance.hpp"
-
 namespace splid::checks {
 namespace {
 
@@ -14,7 +12,6 @@ namespace {
 constexpr double screen_squares = 5.41, screen_deviations = 2.05;
 // A SquareSum has one side only.
 constexpr double sure_squares_of_sums = million_deviations * million_deviations;
-constexpr double likely_squares = 9;
 constexpr std::size_t most_fitted = 3;
 // With fewer photons of signal richer fits have more false alarms than they say.
 constexpr double fewest_photons = 50;
@@ -25,13 +22,10 @@ constexpr double photons_a_term = 4;
 // that was not played has a best delay at which half of its pulses are dark: 0.95 rms.
 constexpr double most_uneven = 0.4, least_dark = 0.9, deviations_of_dark = 4.5;
 // Light that stands still beside the target's pulses may be more of the same: as much as three such
-// targets have leaves it doubtful which of them is the target. A pattern of few pulses may find
-// light of another pattern for each of them.
-constexpr std::size_t fewest_for_strangers = 8;
+// targets have leaves it doubtful which of them is the target.
 constexpr double most_elsewhere = 2, deviations_of_stray = 7;
 constexpr std::size_t fewest_for_amplitudes = 4;
 constexpr std::size_t coarse_phases = 16;  // fine bins in a coarse one
-constexpr double signal_reach_widths = 4;
 // The walk of the mean of two surfaces, over half of their distance, that stays below five
 // deviations however fast the beam goes from one to the other.
 constexpr double walk_of_spread = 0.4;
@@ -216,7 +210,7 @@ void Findings::decide(const FoldedFrame& frame) {
     candidate.squares = 2 * (candidate.gain_nats - about) / bartlett(candidate.row);
     if (is_sure(candidate)) {
       candidates_[kept++] = candidate;
-    } else if (candidate.squares > likely_squares) {
+    } else if (candidate.squares > 2 * likely_nats) {
       // Light that is likely to be wider hides as much. Chance makes it so in one frame of 700.
       const double hidden = hidden_by_spread_ns(candidate.member);
       verdict_.wider.off_delay_ns = std::max(verdict_.wider.off_delay_ns, hidden);
@@ -317,7 +311,7 @@ void Findings::follow(const Member& richer, std::size_t row) {
 void Findings::widen_by_parting(const Candidate& best) {
   Member both = best.member;
   const double gain = fit_with(std::array{width_row, parting_row}, both) - base_value_;
-  const bool is_likely = 2 * (gain - best.gain_nats) > likely_squares;
+  const bool is_likely = gain - best.gain_nats > likely_nats;
   if (best.row != parting_row && !is_likely) return;
   const auto variance = [&](double p1, double p2) {
     return std::exp(2 * (both.of({Shape::width, 0}) + p1 * both.of({Shape::width, 1}) +
@@ -356,9 +350,9 @@ PulseLight Findings::expected_at(std::size_t p) const {
   const Comb& comb = train_.segments.front().comb;
   const double pulses = static_cast<double>(comb.times_ns.size());
   const double seen = seen_->of_pulse.empty() ? 1 : seen_->of_pulse[p];
-  return {light_of_pulses_ * comb.amplitudes[p] * seen / seen_amplitude_,
-          seen * fit_.dark_per_ns() * map_parts / pulses * 2 * ResidualMap::half_pulse_widths *
-              pulse_.width_ns()};
+  return {
+      light_of_pulses_ * comb.amplitudes[p] * seen / seen_amplitude_,
+      seen * fit_.dark_per_ns() * map_parts / pulses * 2 * half_pulse_widths * pulse_.width_ns()};
 }
 
 // Whether the light is shared among the pulses as the pattern's amplitudes say.
@@ -444,7 +438,7 @@ void Findings::judge_phases(const FoldedFrame& frame) {
   const double gain = surer.gain_nats();
   const bool has_strangers = fine.excess > most_elsewhere * scores_.by_pulse.scale +
                                                deviations_of_stray * std::sqrt(fine.variance);
-  if (has_strangers && map_.by_pulse().size() < fewest_for_strangers) {
+  if (has_strangers && map_.by_pulse().size() < fewest_pulses) {
     verdict_.is_foreign = true;
     verdict_.found.add(finding_table()[pattern_row].found(1, gain));
   }
@@ -456,7 +450,7 @@ void Findings::judge_phases(const FoldedFrame& frame) {
   verdict_.found.add(row.found(photons_per_s, gain));
   const SquareSum& own = scores_.by_pulse;
   const bool is_even =
-      map_.by_pulse().size() >= fewest_for_strangers &&
+      map_.by_pulse().size() >= fewest_pulses &&
       own.excess + deviations_of_even * std::sqrt(own.variance) < most_uneven_of_target * own.scale;
   verdict_.is_doubtful = !is_even && (has_strangers || 2 * own.gain_nats() > sure_squares_of_sums);
 }
@@ -471,7 +465,7 @@ void Findings::judge_beside() {
     for (std::size_t j = 0; j < map_parts; ++j) counts[i] += map_.part(j)[i];
     const double cell_ns = map_.cell_ns(i);
     const double mid_ns = map_.edge_ns(i) + cell_ns / 2 - pulse_.peak_ns();
-    const bool is_beside = std::abs(mid_ns) > signal_reach_widths * pulse_.width_ns();
+    const bool is_beside = std::abs(mid_ns) > flat_from_widths * pulse_.width_ns();
     if (is_beside) beside += counts[i], beside_ns += cell_ns;
     light[i] =
         is_beside ? 0 : std::max(0.0, expected[i] - fit_.dark_per_ns() * cell_ns) * map_parts;

@@ -10,11 +10,12 @@
 #include "estimator/checks/pulse_table.hpp"
 #include "estimator/checks/residual_map.hpp"
 #include "estimator/checks/square_sum.hpp"
+#include "estimator/model/chance.hpp"
 
 namespace splid::checks {
 
 // Twice the gain that chance reaches in one frame of a million, of a single term.
-inline constexpr double sure_squares = 24;
+inline constexpr double sure_squares = 2 * certain_nats;
 // The same of so many terms together.
 double sure_squares_of(double degrees);
 
@@ -86,7 +87,6 @@ class Findings {
   // Of the target that was judged last.
   [[nodiscard]] const FrameScores& scores() const { return scores_; }
   [[nodiscard]] const ResidualMap& map() const { return map_; }
-  [[nodiscard]] MapFit& fit() { return fit_; }
   // Of pulse p of a train of a single segment, in the frame that was judged last.
   [[nodiscard]] PulseLight expected_at(std::size_t p) const;
   // The share of the light in phase bin k that the detector could see in that frame.

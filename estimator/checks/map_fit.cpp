@@ -15,8 +15,7 @@ constexpr std::size_t most_paired_pulses = 512;  // whose differences are a quar
 constexpr int most_steps = 8;
 constexpr double most_log_step = 0.7;  // of a step of scoring: of a logarithm, a share, or a width
 constexpr double uneven_background = 62;  // chi squared of 31 degrees: chance in one of a thousand
-constexpr double flat_from_widths = 4;
-constexpr double same_widths = 0.01;  // differences between pulses that are this close are one
+constexpr double same_widths = 0.01;      // differences between pulses that are this close are one
 
 constexpr std::size_t index(Shape shape) { return static_cast<std::size_t>(shape); }
 

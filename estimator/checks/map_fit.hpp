@@ -33,6 +33,8 @@ struct Term {
   std::size_t order;
 };
 inline constexpr std::size_t most_terms = 48;
+// From so many widths on light beside a pulse is flat, and none of its own.
+inline constexpr double flat_from_widths = 4;
 using TermVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_terms, 1>;
 using TermMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most_terms, most_terms>;

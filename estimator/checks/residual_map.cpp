@@ -135,12 +135,9 @@ void ResidualMap::fill_between(const FoldedFrame& frame, const DelayTrack& track
     const double share = frame.time_ns[i] * per_ns;
     double left = frame.phase_ns[i] - track.at(share);
     left -= train_.period_ns * std::floor(left / train_.period_ns);
-    const std::size_t s = train_.segment_at(left);
-    const PulseTrain::Segment& segment = train_.segments[s];
-    double turns = (left - segment.begin_ns) / segment.comb.period_ns;
-    turns -= std::floor(turns);
-    const auto phase_32 = static_cast<std::uint32_t>(static_cast<std::uint64_t>(turns * 0x1p32));
-    count(turns * segment.comb.period_ns, share, windows_[s], phase_32);
+    const PulseTrain::Place at = train_.place_of(left);
+    count(at.turns * train_.segments[at.segment].comb.period_ns, share, windows_[at.segment],
+          at.phase_32());
   }
 }
 

@@ -26,6 +26,8 @@ namespace splid::checks {
 
 inline constexpr std::size_t map_parts = 32;  // of the frame
 inline constexpr std::size_t most_cells = 32;
+// A pattern of fewer pulses may find other light for each of them.
+inline constexpr std::size_t fewest_pulses = 8;
 
 // Counts of a frame's photons about the pulses of a fitted track: by offset and part of the frame,
 // by pulse, and by phase of the pattern period outside of the pulses.
@@ -54,9 +56,7 @@ class ResidualMap {
   }
   [[nodiscard]] double elsewhere() const { return elsewhere_; }  // photons outside of the map
   // Photons within two widths of each pulse's peak, of a train of a single segment; else empty.
-  // Such a window holds 95 % of a gaussian pulse's light, and not much background.
   [[nodiscard]] std::span<const double> by_pulse() const { return by_pulse_; }
-  static constexpr double half_pulse_widths = 2;
   // After which offset a pulse's first photons come.
   [[nodiscard]] double first_light_ns() const { return peak_ns_ - 2 * half_pulse_ns_; }
   // Photons by phase, in bins of some eight widths, and which bins no pulse reaches (1). Empty

@@ -72,7 +72,7 @@ void SeenLightFinder::see_cells(const FoldedFrame& frame, const ResidualMap& map
   const double dead_ns = intervals.dead_time_ns / frame.scale;
   const double seen_ns = frame.seen_ns / frame.scale;
   const double pulses = train_.pulses_per_ns * seen_ns;
-  const double share_of_map = std::min(0.999, train_.pulses_per_ns * 2 * map.reach_ns());
+  const double share_of_map = std::min(most_blind, train_.pulses_per_ns * 2 * map.reach_ns());
   const double near = static_cast<double>(frame.size()) - map.elsewhere();
   // Dead before the map: from light elsewhere, and from the pulses before.
   const double before =

@@ -5,13 +5,14 @@
 #include <cmath>
 
 #include "estimator/checks/finding.hpp"
+#include "estimator/model/chance.hpp"
 
 namespace splid::checks {
 namespace {
 
-constexpr std::size_t fewest_pulses = 8, most_stray = 4;
+constexpr std::size_t most_stray = 4;
 // Over the median of the pulses' photons.
-constexpr double stray_ratio = 4, stray_deviations = 6;
+constexpr double stray_ratio = 4;
 
 }  // namespace
 
@@ -29,7 +30,7 @@ std::optional<Finding> StrayLight::look(const ResidualMap& map, const FoldedFram
   const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
   std::nth_element(sorted_.begin(), middle, sorted_.end());
   const double usual = std::max(1.0, *middle);
-  const double most = stray_ratio * usual + stray_deviations * std::sqrt(usual);
+  const double most = stray_ratio * usual + sure_deviations_of_many * std::sqrt(usual);
   std::array<double, most_stray> at_ns{};
   std::size_t stray = 0;
   double photons = 0, gain_nats = 0;

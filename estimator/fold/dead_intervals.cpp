@@ -11,7 +11,6 @@ namespace {
 constexpr std::size_t most_begins = 1024;  // photons before the frame, and losses
 constexpr double least_gap = 0.9;          // dead times between two detections
 constexpr double few_early = 2, most_early_deviations = 0.1;
-constexpr double most_blind = 0.999;
 constexpr double most_hidden = 0.95;  // of the light of an input
 
 using Times = std::span<const std::int64_t>;
@@ -101,8 +100,8 @@ bool DeadIntervals::find(const FrameView& frame, const PulseTrain& train) {
   begins_ps_.clear();
   sum_ps_ = 0;
   next_loss_ = 0;
-  early = count_early(times_ps,
-                      static_cast<std::int64_t>(least_gap * static_cast<double>(dead_time_ps_)));
+  const std::size_t early = count_early(
+      times_ps, static_cast<std::int64_t>(least_gap * static_cast<double>(dead_time_ps_)));
   share_by_pairs(frame, times_ps);
   add_before(frame, times_ps.empty() ? frame.end_ps : times_ps.front());
   const bool is_cut = share == 1;
@@ -135,7 +134,6 @@ void DeadIntervals::straighten(const DeadIntervals& curved, double quadratic_ns,
                                const PulseTrain& train) {
   share = curved.share;
   dead_ns = curved.dead_ns;
-  early = curved.early;
   ends.straighten(curved.ends, quadratic_ns, train);
   begins.straighten(curved.begins, quadratic_ns, train);
 }

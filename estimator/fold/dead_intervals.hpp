@@ -11,6 +11,9 @@
 
 namespace splid {
 
+// More of the light than this is never taken as lost, so that what is left can be divided by.
+inline constexpr double most_blind = 0.999;
+
 // When a frame's detector was dead: from each detection on for the dead time, also from detections
 // shortly before the frame. Each time of this kind ends at an instant that is folded as if it were
 // a photon; it begins at a photon of the frame, or at one of `begins`: at the frame's start, or at
@@ -26,19 +29,17 @@ namespace splid {
 // not known, the light is shared evenly.
 struct DeadIntervals {
   FoldedFrame ends;
-  FoldedFrame begins;     // those that are no photons of the frame
-  double dead_time_ns;    // tagger's clock
-  double share;           // of the light, that a detection hides
-  double dead_ns = 0;     // in all, by that share; tagger's clock
-  std::size_t early = 0;  // detections that come within 0.9 dead times of another: of a single
-                          // input, these contradict the dead time
+  FoldedFrame begins;   // those that are no photons of the frame
+  double dead_time_ns;  // tagger's clock
+  double share;         // of the light, that a detection hides
+  double dead_ns = 0;   // in all, by that share; tagger's clock
 
   // train: as for FoldedFrame. inputs: >= 1.
   DeadIntervals(const PulseTrain& train, double dead_time_ns, std::size_t inputs,
                 std::size_t max_photons, double reach_ns);
   // frame: locked to its syncs. Sets all members. False where the detections contradict the dead
-  // time: more of them follow each other sooner than moves a value by a tenth of its deviation, or
-  // hardly any time is left in which the detector could have been live.
+  // time: more of them follow each other sooner, within 0.9 dead times, than moves a value by a
+  // tenth of its deviation, or hardly any time is left in which the detector could have been live.
   bool find(const FrameView& frame, const PulseTrain& train);
   // Becomes the dead time of the frame that FoldedFrame::straighten() makes: all ends and begins
   // move back, as the photons do. curved: of the same detector.

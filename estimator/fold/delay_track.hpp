@@ -18,6 +18,10 @@ struct DelayTrack {
     return delay_ns + walk_ns * share + quadratic_ns * quadratic_at(share);
   }
   [[nodiscard]] double at_mid_frame_ns() const { return delay_ns - quadratic_ns / 2; }
+  bool operator==(const DelayTrack&) const = default;
+  DelayTrack operator-(const DelayTrack& from) const {
+    return {delay_ns - from.delay_ns, walk_ns - from.walk_ns, quadratic_ns - from.quadratic_ns};
+  }
 };
 
 }  // namespace splid

@@ -81,15 +81,13 @@ void FoldedFrame::group_by_segment(const PulseTrain& train) {
   group_.resize(size());
   group_end.assign(between + 1, 0);
   for (std::size_t i = 0; i < size(); ++i) {
-    const std::size_t s = train.segment_at(phase_ns[i]);
-    const PulseTrain::Segment& segment = train.segments[s];
-    const double since = phase_ns[i] - segment.begin_ns;
-    const double turns = since / segment.comb.period_ns;
-    phase_32[i] = static_cast<std::uint32_t>(
-        static_cast<std::uint64_t>((turns - std::floor(turns)) * 0x1p32));
-    const bool sure = segment.copies > 0 && since >= train.circle_ns + reach_ns_ &&
+    const PulseTrain::Place at = train.place_of(phase_ns[i]);
+    const PulseTrain::Segment& segment = train.segments[at.segment];
+    phase_32[i] = at.phase_32();
+    const bool sure = segment.copies > 0 &&
+                      phase_ns[i] - segment.begin_ns >= train.circle_ns + reach_ns_ &&
                       phase_ns[i] < segment.end_ns - reach_ns_;
-    group_[i] = static_cast<std::uint8_t>(sure ? s : between);
+    group_[i] = static_cast<std::uint8_t>(sure ? at.segment : between);
     ++group_end[group_[i]];
   }
   for (std::size_t k = 1; k <= between; ++k) group_end[k] += group_end[k - 1];

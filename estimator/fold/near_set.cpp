@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimator/fold/kernel_choice.hpp"
+#include "estimator/sync/round_quickly.hpp"
 
 namespace splid {
 namespace {
@@ -30,13 +31,6 @@ std::uint64_t sum_of(std::span<const std::uint32_t> phases) {
   std::uint64_t sum = 0;
   for (const std::uint32_t phase : phases) sum += phase;
   return sum;
-}
-
-// The nearest whole number. std::round would be a call into the library, since not every processor
-// has an instruction for it.
-double whole(double x) {
-  constexpr double rounder = 0x1.8p52;
-  return (x + rounder) - rounder;
 }
 
 }  // namespace
@@ -170,8 +164,8 @@ void NearSet::visit_group(const FoldedFrame& frame, std::size_t group, const Com
     const double coarse = phase_32 / to_32;
     const double phase = curve.left(frame.phase_ns[i] - segment.begin_ns, frame.time_ns[i]);
     const double apart = phase - coarse;
-    add(i, coarse + (apart - period_ns * whole(apart * turns_per_ns)), window.candidates(phase_32),
-        window);
+    add(i, coarse + (apart - period_ns * round_quickly(apart * turns_per_ns)),
+        window.candidates(phase_32), window);
   }
 }
 
@@ -183,12 +177,10 @@ void NearSet::visit_between(const FoldedFrame& frame, std::span<const CombWindow
   for (std::size_t i = frame.group_begin(train.segments.size()); i < frame.size(); ++i) {
     double left = curve.left(frame.phase_ns[i], frame.time_ns[i]);
     left -= train.period_ns * std::floor(left / train.period_ns);
-    const std::size_t s = train.segment_at(left);
-    const PulseTrain::Segment& segment = train.segments[s];
-    double turns = (left - segment.begin_ns) / segment.comb.period_ns;
-    turns -= std::floor(turns);
-    const auto phase_32 = static_cast<std::uint32_t>(static_cast<std::uint64_t>(turns * 0x1p32));
-    add(i, turns * segment.comb.period_ns, windows[s].candidates(phase_32), windows[s]);
+    const PulseTrain::Place at = train.place_of(left);
+    const CombWindow& window = windows[at.segment];
+    add(i, at.turns * train.segments[at.segment].comb.period_ns, window.candidates(at.phase_32()),
+        window);
   }
 }
 

@@ -24,17 +24,13 @@ Eigen::Index place(std::size_t target, likelihood::OfTarget parameter) {
   return static_cast<Eigen::Index>(likelihood::place_of(target, parameter));
 }
 
-double turned(double phase_ns, double period_ns) {
-  return phase_ns - period_ns * std::floor(phase_ns / period_ns);
-}
-
 // The parts of a period, in emission phase, in which a pulse has light.
 std::vector<Interval> lit_intervals(const PulseShape& shape, const Comb& comb,
                                     std::span<const CombLight> lights) {
   std::vector<Interval> all, lit;
   for (const CombLight& light : lights) {
     for (const double time_ns : comb.times_ns) {
-      const double at = turned(time_ns + light.shift_ns, comb.period_ns);
+      const double at = fold_on(time_ns + light.shift_ns, comb.period_ns);
       all.push_back(
           {at + shape.first_ns() / light.dilation, at + shape.last_ns() / light.dilation});
     }
@@ -79,14 +75,14 @@ SmallMatrix information_per_ns(const PulseShape& shape, const Comb& comb,
     const double step = length / static_cast<double>(steps);
     for (std::size_t n = 0; n < steps; ++n) {
       const double place_ns = lit.begin_ns + (static_cast<double>(n) + 0.5) * step;
-      const double seen = step * live.at(turned(place_ns, comb.period_ns));
+      const double seen = step * live.at(fold_on(place_ns, comb.period_ns));
       dark_ns -= seen;
       double lambda = at.background_per_ns;
       by.setZero();
       by[size - 1] = 1;
       for (std::size_t k = 0; k < lights.size(); ++k) {
         const auto& [shift_ns, S, dilation] = lights[k];
-        const double phase = turned(place_ns - shift_ns, comb.period_ns);
+        const double phase = fold_on(place_ns - shift_ns, comb.period_ns);
         double density = 0, slope = 0, wider = 0;
         for (const auto& pulse : windows[k].candidates(
                  static_cast<std::uint32_t>(static_cast<std::uint64_t>(phase * to_32)))) {

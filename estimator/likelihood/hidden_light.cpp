@@ -24,7 +24,6 @@ HiddenLight::HiddenLight(const PulseShape& shape, const PulseTrain& train, std::
 
 void HiddenLight::take(const NearSet& near, double sign, Ends& ends) {
   ends.near = &near;
-  ends.sign = sign;
   ends.amplitude.resize(near.entries());
   for (std::size_t n = 0; n < near.photons(); ++n) {
     for (std::size_t j = near.first[n]; j < near.first[n + 1]; ++j) {
@@ -83,12 +82,10 @@ HiddenLight::Amplitude HiddenLight::of(std::size_t target, const Model& at, doub
 void HiddenLight::add(const Ends& ends, const DelayTrack& track, double dilation, double log_width,
                       Amplitude& sum) {
   const NearSet& near = *ends.near;
-  const DelayTrack from = near.track;
   const double narrow = std::exp(-log_width);
   const std::size_t entries = near.entries();
   for (auto* values : {&offset_, &h_, &d1_, &d2_, &integral_}) values->resize(entries);
-  const DelayTrack moved = {track.delay_ns - from.delay_ns, track.walk_ns - from.walk_ns,
-                            track.quadratic_ns - from.quadratic_ns};
+  const DelayTrack moved = track - near.track;
   for (std::size_t j = 0; j < entries; ++j) {
     offset_[j] = (near.residual_ns[j] - moved.at(near.position[j])) * dilation * narrow;
   }

@@ -39,10 +39,9 @@ class HiddenLight {
   Amplitude of(std::size_t target, const Model& at, double dilation);
 
  private:
-  // Ends of dead intervals near a target's pulses, each with the sign and the light that it has.
+  // Ends of dead intervals near a target's pulses, each with the light that it has.
   struct Ends {
     const NearSet* near = nullptr;
-    double sign = 1;
     std::vector<double> amplitude;  // of each entry: that of its pulse, times how many ends it is
   };
   struct OfTarget {

@@ -3,7 +3,7 @@
 namespace splid::SPLID_KERNEL_LEVEL {
 namespace {
 
-constexpr std::size_t lanes = 8;
+constexpr std::size_t lanes = LikelihoodKernels::lanes;
 using Lanes [[gnu::vector_size(lanes * sizeof(double))]] = double;
 
 // sums += a[0 to 7] b[0 to 7]

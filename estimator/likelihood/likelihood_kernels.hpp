@@ -9,8 +9,9 @@ namespace splid {
 
 // The loops that the likelihood spends its time in beside the pulse's own, compiled once for each
 // vector level (see vector_level.hpp). All arrays belong to the caller, and no two of them overlap.
-// Every level gives the same bits. Counts are multiples of 8.
+// Every level gives the same bits.
 struct LikelihoodKernels {
+  static constexpr std::size_t lanes = 8;  // that sums are taken in; counts are multiples of it
   // How far photons are from a target's pulses: offsets[i] = scale (residuals[i] - delay -
   // walk shares[i] - quadratic P_2), with P_2 at the share; see DelayTrack.
   struct Placing {

@@ -20,10 +20,6 @@ void add(SmallMatrix& hessian, std::size_t a, std::size_t b, double value) {
   hessian(row(std::min(a, b)), row(std::max(a, b))) += value;
 }
 
-bool is_same(const DelayTrack& a, const DelayTrack& b) {
-  return a.delay_ns == b.delay_ns && a.walk_ns == b.walk_ns && a.quadratic_ns == b.quadratic_ns;
-}
-
 }  // namespace
 
 LogLikelihood::LogLikelihood(const PulseShape& shape, const PulseTrain& train,
@@ -57,7 +53,7 @@ void LogLikelihood::collect(const Model& about, std::size_t gather_from) {
 bool LogLikelihood::is_loaded(const Model& at) const {
   if (loaded_.count != at.count || loaded_.log_width != at.log_width) return false;
   for (std::size_t k = 0; k < at.count; ++k) {
-    if (!is_same(loaded_.targets[k].track, at.targets[k].track)) return false;
+    if (loaded_.targets[k].track != at.targets[k].track) return false;
   }
   return true;
 }
@@ -90,8 +86,9 @@ double LogLikelihood::dilation(const DelayTrack& track) const {
 LikelihoodKernels::Placing LogLikelihood::placing_of(const Model& at, std::size_t target,
                                                      const DelayTrack& from) const {
   const DelayTrack& track = at.targets[target].track;
-  return {track.delay_ns - from.delay_ns, track.walk_ns - from.walk_ns,
-          track.quadratic_ns - from.quadratic_ns, dilation(track) * std::exp(-at.log_width)};
+  const DelayTrack moved = track - from;
+  return {moved.delay_ns, moved.walk_ns, moved.quadratic_ns,
+          dilation(track) * std::exp(-at.log_width)};
 }
 
 // -integral lambda, and the photons that are near no track.

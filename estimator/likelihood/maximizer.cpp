@@ -69,17 +69,16 @@ Maximizer::Maximizer(const PulseShape& shape, const PulseTrain& train, std::size
 
 // Signals of 0 become what the photons within two widths of a track show beyond the background.
 Model Maximizer::with_rates(const Model& start) const {
-  constexpr double near_widths = 2;
   Model model = start;
   const Exposure& exposure = likelihood_.exposure();
   const NearPhotons& near = likelihood_.near();
   const double all = static_cast<double>(likelihood_.photons());
-  const double dark = all * likelihood_.train().pulses_per_ns * 2 * near_widths * width_ns_;
+  const double dark = all * likelihood_.train().pulses_per_ns * 2 * half_pulse_widths * width_ns_;
   double signal_photons = 0;
   for (std::size_t k = 0; k < model.count; ++k) {
     Target& target = model.targets[k];
     if (!(target.signal_per_pulse > 0)) {
-      const double photons = near.count_within(k, target.track, near_widths * width_ns_);
+      const double photons = near.count_within(k, target.track, half_pulse_widths * width_ns_);
       target.signal_per_pulse = std::max(photons - dark, 1.0) / exposure.amplitude;
     }
     signal_photons += target.signal_per_pulse * exposure.amplitude;

@@ -25,8 +25,8 @@ double reach_ns(double configured_ns, double width_ns, double most_width) {
 
 // How far apart two tracks are at most, to within the sum of their parts.
 double apart_ns(const DelayTrack& a, const DelayTrack& b) {
-  return std::abs(a.delay_ns - b.delay_ns) + std::abs(a.walk_ns - b.walk_ns) / 2 +
-         std::abs(a.quadratic_ns - b.quadratic_ns);
+  const DelayTrack apart = a - b;
+  return std::abs(apart.delay_ns) + std::abs(apart.walk_ns) / 2 + std::abs(apart.quadratic_ns);
 }
 
 }  // namespace
@@ -81,9 +81,8 @@ void NearPhotons::collect(const FoldedFrame& frame, const Model& about, std::siz
 double NearPhotons::count_within(std::size_t target, const DelayTrack& track,
                                  double reach_ns) const {
   const NearSet& near = near_[target];
-  const DelayTrack from = near.track;
-  const DelayTrack moved = {track.delay_ns - from.delay_ns + peak_ns_, track.walk_ns - from.walk_ns,
-                            track.quadratic_ns - from.quadratic_ns};
+  DelayTrack moved = track - near.track;
+  moved.delay_ns += peak_ns_;
   double count = 0;
   for (std::size_t n = 0; n < near.photons(); ++n) {
     for (std::size_t j = near.first[n]; j < near.first[n + 1]; ++j) {

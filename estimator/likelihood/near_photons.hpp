@@ -8,6 +8,7 @@
 
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/fold/near_set.hpp"
+#include "estimator/likelihood/likelihood_kernels.hpp"
 #include "estimator/likelihood/model.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"
@@ -19,7 +20,7 @@ namespace splid::likelihood {
 class NearPhotons {
  public:
   // Photons stand in groups whose sizes are multiples of this.
-  static constexpr std::size_t lanes = 8;
+  static constexpr std::size_t lanes = LikelihoodKernels::lanes;
 
   // Photons near the same targets. For each of these targets a photon has `pulses` entries, one a
   // pulse that it is near; where it is near fewer pulses, the other entries have the amplitude 0.

@@ -54,7 +54,6 @@ double Comb::to_nearest_ns(double time_ns) const {
 }
 
 std::vector<double> strong_side_lobes_ns(const Comb& comb, double tolerance_ns) {
-  constexpr double least_fraction = 0.7;
   // Design note: where 70 % of the pulses land on others, one of the first four does so too, except
   // in 1 of 120 combs. Combs of more than 4096 pulses are random, or would take a second to try.
   constexpr std::size_t tried = 4;
@@ -68,7 +67,7 @@ std::vector<double> strong_side_lobes_ns(const Comb& comb, double tolerance_ns) 
       double shift = comb.times_ns[to] - comb.times_ns[from];
       if (shift < 0) shift += comb.period_ns;
       const LightOnItself fallen = light_on_itself(comb, shift, tolerance_ns);
-      if (fallen.share < least_fraction) continue;
+      if (fallen.share < strong_side_lobe) continue;
       shift += fallen.offset_ns;
       const bool known = std::any_of(copies.begin(), copies.end(), [&](double copy) {
         return std::abs(copy - shift) <= tolerance_ns;

@@ -25,6 +25,10 @@ struct Comb {
   [[nodiscard]] double to_nearest_ns(double time_ns) const;
 };
 
+// A strong side lobe has so much of the light on the pulses again, and of the gain. All others have
+// less, and where the combs of two targets meet, the places that both make have more.
+inline constexpr double strong_side_lobe = 0.7;
+
 // The strong side lobes of a comb's autocorrelation: shifts in (0, period), ns, ascending, by which
 // at least 70 % of the comb's light falls on its own pulses again, to within tolerance_ns. A frame
 // can take a delay that is off by such a shift for the right delay. Random patterns have none.

@@ -86,9 +86,11 @@ struct Estimate : TargetEstimate {
   [[nodiscard]] const TargetEstimate& first_target() const { return *this; }
 };
 
+inline constexpr int most_followed = 20;
+
 // Where a target was when it was last seen, so that the next frame can look there first. A target
-// is followed for 20 frames at most before the whole range is searched again, so that a wrong delay
-// at a side lobe of the pattern's autocorrelation is not held for longer.
+// is followed for most_followed frames at most before the whole range is searched again, so that a
+// wrong delay at a side lobe of the pattern's autocorrelation is not held for longer.
 struct TargetTrack {
   bool valid = false;       // false: there is nothing to follow
   std::int64_t mid_ps = 0;  // the middle of the frame it was seen in, tagger's clock

@@ -6,15 +6,15 @@
 namespace splid {
 namespace {
 
-constexpr std::array<const char*, 2> findings_names = {"on", "off"};
-constexpr std::array<const char*, 4> motion_names = {"static", "moving", "auto", "accelerating"};
-constexpr std::array<const char*, 2> method_names = {"search", "paper"};
-constexpr std::array<const char*, 2> effort_names = {"fast", "balanced"};
-constexpr std::array<const char*, 3> drift_names = {"regression", "endpoints", "off"};
-constexpr std::array<const char*, 2> reference_names = {"tagger", "pattern"};
-constexpr std::array<const char*, 2> dead_time_names = {"modelled", "flagged"};
-constexpr std::array<const char*, 2> shape_names = {"gaussian", "tabulated"};
-constexpr std::array<const char*, 2> width_names = {"fixed", "fitted"};
+constexpr std::array findings_names = {"on", "off"};
+constexpr std::array motion_names = {"static", "moving", "auto", "accelerating"};
+constexpr std::array method_names = {"search", "paper"};
+constexpr std::array effort_names = {"fast", "balanced"};
+constexpr std::array drift_names = {"regression", "endpoints", "off"};
+constexpr std::array reference_names = {"tagger", "pattern"};
+constexpr std::array dead_time_names = {"modelled", "flagged"};
+constexpr std::array shape_names = {"gaussian", "tabulated"};
+constexpr std::array width_names = {"fixed", "fitted"};
 
 }  // namespace
 

@@ -19,6 +19,8 @@ struct ShapeValues {
 
 // From so many widths on the background explains a photon better than a gaussian pulse does.
 inline constexpr double pulse_reach_widths = 6;
+// To either side of the peak: 95 % of a gaussian pulse, and not much background.
+inline constexpr double half_pulse_widths = 2;
 
 // The detected pulse: the density h of a photon's arrival about its pulse's time, of integral 1
 // ([P] Eq. 1).

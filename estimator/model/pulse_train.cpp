@@ -46,6 +46,12 @@ std::size_t PulseTrain::segment_at(double time_ns) const {
   return s;
 }
 
+PulseTrain::Place PulseTrain::place_of(double time_ns) const {
+  const std::size_t s = segment_at(time_ns);
+  const double turns = (time_ns - segments[s].begin_ns) / segments[s].comb.period_ns;
+  return {s, turns - std::floor(turns)};
+}
+
 std::vector<double> strong_side_lobes_ns(const PulseTrain& train, double width_ns) {
   if (train.single()) return strong_side_lobes_ns(train.segments.front().comb, 3 * width_ns);
   constexpr std::size_t most_copies = 32;

@@ -32,8 +32,16 @@ struct PulseTrain {
 
   explicit PulseTrain(const Pattern& pattern);
 
-  // The segment that a time in [0, period_ns) lies in.
+  // The segment that a time in [0, period_ns) lies in, and where in its comb's period.
   [[nodiscard]] std::size_t segment_at(double time_ns) const;
+  struct Place {
+    std::size_t segment;
+    double turns;                                   // in [0, 1)
+    [[nodiscard]] std::uint32_t phase_32() const {  // in 2^-32 of a period
+      return static_cast<std::uint32_t>(static_cast<std::uint64_t>(turns * 0x1p32));
+    }
+  };
+  [[nodiscard]] Place place_of(double time_ns) const;
   [[nodiscard]] bool single() const { return segments.size() == 1; }
   [[nodiscard]] double mean_amplitude() const { return amplitude_per_ns / pulses_per_ns; }
 };

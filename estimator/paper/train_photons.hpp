@@ -1,10 +1,10 @@
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <vector>
 
 #include "estimator/model/pulse_shape.hpp"
+#include "estimator/model/units.hpp"
 
 namespace splid::paper {
 
@@ -25,12 +25,6 @@ struct TrainPhotons {
 
 // A train is folded on so many bins at most.
 inline constexpr double most_fold_bins = 0x1p18;
-
-// value modulo period, in [0, period).
-inline double fold_on(double value, double period) {
-  const double rest = value - period * std::floor(value / period);
-  return rest < period ? rest : 0.0;
-}
 
 // The place on a circle of period_ns where the most weight lies within width_ns.
 struct Cluster {

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "estimator/model/chance.hpp"
 #include "estimator/model/units.hpp"
 #include "estimator/search/significance.hpp"
 #include "protocol/error.hpp"
@@ -18,9 +19,6 @@ using likelihood::Maximum;
 // leaves room for a target that fades or accelerates, and is more than a wrong delay gains at a
 // side lobe of half of an interleaved comb.
 constexpr double least_followed_gain = 0.5;
-constexpr int most_followed = 20;
-// A followed target whose signal has changed by so many deviations is looked for anew.
-constexpr double changed_deviations = 4;
 
 // Design note: a look at all delays costs as much as all else in a followed frame. It is left out
 // where the odds that the gain promises, by those of the last searched frame, are above 40 nats.
@@ -155,7 +153,7 @@ bool FrameSearch::has_changed(const TargetTrack& track, const Maximum& now) {
   constexpr auto S = static_cast<Eigen::Index>(likelihood::signal);
   const double changed = now.signal_per_pulse() - track.signal_per_pulse;
   const double deviation = std::hypot(std::sqrt(now.covariance(S, S)), track.std_signal_per_pulse);
-  return std::abs(changed) > changed_deviations * deviation;
+  return std::abs(changed) > unlikely_deviations * deviation;
 }
 
 void FrameSearch::remember(const FoldedFrame& frame, std::int64_t mid_ps, const Estimate& estimate,

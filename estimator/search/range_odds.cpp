@@ -104,23 +104,21 @@ bool RangeOdds::is_one_of(DelayTrack line, std::span<const DelayTrack> lines) co
                      [&](DelayTrack other) { return is_same_range(line, other); });
 }
 
-std::optional<RangeOdds::Place> RangeOdds::best_beside(std::span<const DelayTrack> lines,
-                                                       std::optional<DelayTrack> own) const {
+std::optional<RangeOdds::Place> RangeOdds::best_beside(std::span<const DelayTrack> lines) const {
   std::optional<Place> best;
   for (const Peak& peak : peaks_) {
-    if (is_one_of(peak.line, lines) || (own && is_same_range(peak.line, *own))) continue;
+    if (is_one_of(peak.line, lines)) continue;
     if (!best || peak.gain_nats > best->gain_nats) best = Place{peak.line, peak.gain_nats};
   }
   return best;
 }
 
-double RangeOdds::gain_near(DelayTrack line, double near_ns,
-                            std::span<const DelayTrack> but) const {
+double RangeOdds::gain_near(DelayTrack line, double near_ns) const {
   double most_nats = 0;
   for (const Peak& peak : peaks_) {
     if (apart_ns(peak.line, line) > near_ns) continue;
     if (std::abs(peak.line.walk_ns - line.walk_ns) > near_ns) continue;
-    if (!is_one_of(peak.line, but)) most_nats = std::max(most_nats, peak.gain_nats);
+    most_nats = std::max(most_nats, peak.gain_nats);
   }
   return most_nats;
 }

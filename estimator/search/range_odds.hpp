@@ -40,17 +40,15 @@ class RangeOdds {
                           std::span<const DelayTrack> others = {}) const;
   // Whether a line has the range and the velocity of one of these.
   [[nodiscard]] bool is_one_of(DelayTrack line, std::span<const DelayTrack> lines) const;
-  // The strongest place that is not at one of these lines, nor at `own`, or none.
+  // The strongest place that is not at one of these lines, or none.
   struct Place {
     DelayTrack line;
     double gain_nats = 0;
   };
-  [[nodiscard]] std::optional<Place> best_beside(
-      std::span<const DelayTrack> lines, std::optional<DelayTrack> own = std::nullopt) const;
-  // The highest gain of a place whose delay and range walk are within near_ns of a line's, less the
-  // places at the lines `but`; 0 where there is none.
-  [[nodiscard]] double gain_near(DelayTrack line, double near_ns,
-                                 std::span<const DelayTrack> but) const;
+  [[nodiscard]] std::optional<Place> best_beside(std::span<const DelayTrack> lines) const;
+  // The highest gain of a place whose delay and range walk are within near_ns of a line's; 0 where
+  // there is none.
+  [[nodiscard]] double gain_near(DelayTrack line, double near_ns) const;
 
  private:
   struct Peak {

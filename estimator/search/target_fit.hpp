@@ -5,6 +5,7 @@
 
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/likelihood/maximizer.hpp"
+#include "estimator/model/chance.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/search/frame_search.hpp"
 
@@ -25,9 +26,8 @@ struct FittedTarget {
 class TargetFit {
  public:
   static constexpr double most_width = 4;  // widths are fitted up to 4 times the configured width
-  // So much must a richer path gain. 4.5 nats are three standard deviations of the velocity, or of
-  // the acceleration.
-  static constexpr double nats_for_richer_path = 4.5;
+  // So much must a richer path gain: three deviations of the velocity, or of the acceleration.
+  static constexpr double nats_for_richer_path = likely_nats;
 
   TargetFit(FrameSearch& search, const PulseShape& shape, const PulseTrain& train, Motion motion,
             bool is_width_fitted, bool may_be_dead, std::size_t max_photons);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "estimator/fold/kernel_choice.hpp"
+#include "estimator/model/chance.hpp"
 
 namespace splid {
 namespace {
@@ -41,9 +42,6 @@ constexpr double sample_margin_nats = 30;
 // Side lobes have side lobes of their own, which lead back to the same delays. Each
 // delay is tried once, and so many at most.
 constexpr std::size_t most_tried = 256;
-
-// Where combs meet, the places that two targets make have so much of the best one's gain.
-constexpr double least_where_combs_meet = 0.7;
 
 std::size_t levels_of(Effort effort) { return static_cast<std::size_t>(effort) + 1; }
 
@@ -364,7 +362,7 @@ std::span<const DelayCell> TargetSearch::best_delays(const FoldedFrame& photons,
   constexpr std::size_t of_one = 4;
   const std::span<const DelayCell> all = search_.best_delays(photons, walk_ns, recheck_);
   if (all.size() <= of_one) return all;
-  const double least_nats = least_where_combs_meet * delay_gain_nats(photons, all.front());
+  const double least_nats = strong_side_lobe * delay_gain_nats(photons, all.front());
   const bool do_meet = delay_gain_nats(photons, all[of_one - 1]) > least_nats;
   return do_meet ? all : all.first(of_one);
 }
@@ -473,11 +471,11 @@ double TargetSearch::range_odds_nats(const Maximum& fit) const {
 // combs of two side lobes meet at the target itself, but share its photons: one of the two gains
 // half of what it does at most.
 bool TargetSearch::is_where_combs_meet(const Maximum& fit) const {
-  constexpr double deviations = 4;
-  constexpr double no_side_lobe = 0.75;
+  constexpr double most_of_side_lobe = 0.75;
   constexpr auto S = static_cast<Eigen::Index>(likelihood::signal);
   const double deviation = std::sqrt(fit.covariance(S, S)) / fit.signal_per_pulse();
-  const double least_nats = fit.gain_nats * std::max(no_side_lobe, 1 - deviations * deviation);
+  const double least_nats =
+      fit.gain_nats * std::max(most_of_side_lobe, 1 - unlikely_deviations * deviation);
   std::array<DelayTrack, 4> seen = {fit.track()};
   for (std::size_t count = 1; count < seen.size(); ++count) {
     const auto known = std::span(seen).first(count);

@@ -4,11 +4,12 @@
 #include <cmath>
 
 #include "estimator/fold/kernel_choice.hpp"
+#include "estimator/model/pulse_shape.hpp"
 
 namespace splid {
 namespace {
 
-constexpr int box_steps = 4;  // a box of four pulse widths holds 95 % of a gaussian pulse
+constexpr int box_steps = 2 * static_cast<int>(half_pulse_widths);
 
 }  // namespace
 

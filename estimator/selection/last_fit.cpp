@@ -8,10 +8,6 @@
 namespace splid::selection {
 namespace {
 
-using likelihood::Maximum;
-using likelihood::Model;
-using likelihood::Target;
-
 // Where combs meet.
 constexpr double same_walk_widths = 3, least_alike = 0.5;
 constexpr double no_signal = 1e-30;

@@ -4,13 +4,6 @@
 #include "estimator/selection/target_selection.hpp"
 
 namespace splid::selection {
-namespace {
-
-using likelihood::Maximum;
-using likelihood::Target;
-
-}  // namespace
-
 // A target far from all others that the first search has come by, and that is no side lobe of them:
 // it is as high in what is left.
 std::optional<Target> TargetSelection::find_seen(const FoldedFrame& rest) {
@@ -18,7 +11,7 @@ std::optional<Target> TargetSelection::find_seen(const FoldedFrame& rest) {
   const auto place = seen_beside();
   if (!place || place->gain_nats < scope_.threshold_nats + plain_margin_nats) return std::nullopt;
   const Maximum there = search_.find_near(rest, place->line);
-  if (!there.has_covariance || there.gain_nats < no_side_lobe * place->gain_nats ||
+  if (!there.has_covariance || there.gain_nats < strong_side_lobe * place->gain_nats ||
       !is_plain(there.model.targets[0], there.gain_nats)) {
     return std::nullopt;
   }
@@ -52,7 +45,7 @@ bool TargetSelection::may_be_side_lobe(const RangeOdds::Place& place, std::size_
   const DelayTrack& there = place.line;
   for (std::size_t k = member; k < all_.model.count; ++k) {
     if (parting_widths(all_.model.targets[k].track, there) < tail_widths &&
-        place.gain_nats < no_side_lobe * members_[k].search.fit.gain_nats) {
+        place.gain_nats < strong_side_lobe * members_[k].search.fit.gain_nats) {
       return true;
     }
   }
@@ -87,7 +80,7 @@ DelayTrack TargetSelection::likeliest_lobe(const FoldedFrame& rest, const Maximu
   constexpr double near_widths = 7;
   const DelayTrack line = found.track();
   const RangeOdds& seen = members_[0].search.peaks.odds;
-  if (seen.gain_near(line, near_widths * shape_.width_ns(), {}) > found.gain_nats) return line;
+  if (seen.gain_near(line, near_widths * shape_.width_ns()) > found.gain_nats) return line;
   lines_.clear();
   for (std::size_t k = 0; k < all_.model.count; ++k) {
     lines_.push_back(all_.model.targets[k].track);
@@ -97,7 +90,8 @@ DelayTrack TargetSelection::likeliest_lobe(const FoldedFrame& rest, const Maximu
     if (!place || place->gain_nats < found.gain_nats) break;
     likelihood::Model there = found.model;
     there.targets[0].track = place->line;
-    if (search_.judge(rest, there).gain_nats > no_side_lobe * found.gain_nats) return place->line;
+    if (search_.judge(rest, there).gain_nats > strong_side_lobe * found.gain_nats)
+      return place->line;
     lines_.push_back(place->line);
   }
   return line;

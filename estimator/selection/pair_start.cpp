@@ -5,14 +5,6 @@
 #include "estimator/selection/target_selection.hpp"
 
 namespace splid::selection {
-namespace {
-
-using likelihood::Maximum;
-using likelihood::Model;
-using likelihood::Target;
-
-}  // namespace
-
 // The best maximum of two in place of one whose photons are spread as those of two; it has no
 // covariance where there is none.
 Maximum TargetSelection::best_split(bool is_early) {
@@ -46,7 +38,7 @@ bool TargetSelection::is_plain_pair(const Maximum& pair) const {
   if (!pair.has_covariance) return false;
   const Target &a = pair.model.targets[0], &b = pair.model.targets[1];
   return std::min(a.signal_per_pulse, b.signal_per_pulse) >=
-             no_side_lobe * std::max(a.signal_per_pulse, b.signal_per_pulse) &&
+             strong_side_lobe * std::max(a.signal_per_pulse, b.signal_per_pulse) &&
          (apart_widths(a.track, b.track) >= closest_widths ||
           parting_widths(a.track, b.track) >= crossing_widths);
 }

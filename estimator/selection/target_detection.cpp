@@ -3,19 +3,14 @@
 #include <cmath>
 #include <limits>
 
+#include "estimator/model/chance.hpp"
 #include "estimator/selection/target_selection.hpp"
 
 namespace splid::selection {
 namespace {
 
-using likelihood::Maximum;
-using likelihood::Model;
-using likelihood::Target;
-
-// Two tracks move alike where their ends part by no more than this.
-constexpr double alike_widths = 30;
 // Another shape of the brighter pulse has as many amounts as a target, chosen by the frame.
-constexpr double shape_margin_nats = 12;
+constexpr double shape_margin_nats = certain_nats;
 // So much more on the photons about a track alone leaves no doubt.
 constexpr double sure_nats = 15;
 
@@ -44,7 +39,7 @@ bool TargetSelection::stands(std::size_t target, std::span<const std::size_t> br
     const double apart = apart_widths(own, other) * narrow;
     const double parting = parting_widths(own, other) * narrow;
     if (apart < closest_widths && parting < crossing_widths) return false;
-    if (!bright && apart <= tail_widths && parting <= alike_widths) bright = k;
+    if (!bright && std::max(apart, parting) <= tail_widths) bright = k;
   }
   if (!bright) return true;
   refine();

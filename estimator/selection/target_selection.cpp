@@ -4,12 +4,10 @@
 #include <cmath>
 #include <utility>
 
+#include "estimator/search/target_fit.hpp"
+
 namespace splid::selection {
 namespace {
-
-using likelihood::Maximum;
-using likelihood::Model;
-using likelihood::Target;
 
 // What is left of a frame may hold less of a target than the frame does, where another is near.
 // With so much of the threshold a place is fitted together with the others.
@@ -18,7 +16,7 @@ constexpr double least_of_threshold = 0.4;
 constexpr double lost_nats = 3;
 // Weaker than that beside another that moves alike, it may be a side lobe's remainder.
 constexpr double least_plain = 0.25;
-constexpr double most_width = 4, most_wide = 3;
+constexpr double most_width = TargetFit::most_width, most_wide = 3;
 
 void remove(Model& model, std::size_t target) {
   for (std::size_t k = target; k + 1 < model.count; ++k) model.targets[k] = model.targets[k + 1];

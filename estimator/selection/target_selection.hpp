@@ -24,6 +24,10 @@
 
 namespace splid::selection {
 
+using likelihood::Maximum;
+using likelihood::Model;
+using likelihood::Target;
+
 struct SelectionScope {
   double threshold_nats = 0;  // gain from which on a frame's only target is significant
   std::size_t targets = 1;    // that a frame may have
@@ -38,7 +42,7 @@ struct SelectedTarget {
 
 // All targets of a frame. There may be more than asked for; these were fitted with them.
 struct Selection {
-  likelihood::Maximum best;  // of all together, the one with the most signal first
+  Maximum best;  // of all together, the one with the most signal first
   std::array<SelectedTarget, most_targets> targets;
   std::size_t count = 0;
 };
@@ -66,20 +70,18 @@ class TargetSelection {
 
   // first: the frame's best target, which `search` has just found. track_terms: see
   // likelihood::free_set(). Valid until the next call.
-  const Selection& select(const FoldedFrame& frame, const likelihood::Maximum& first,
-                          std::size_t track_terms, Effort most);
+  const Selection& select(const FoldedFrame& frame, const Maximum& first, std::size_t track_terms,
+                          Effort most);
   // What the last frame gains where its targets may move that were taken to be at rest.
   double gain_by_moving_nats();
 
  private:
   // A target far from all others that gains so much more than the threshold waits for the last fit.
   static constexpr double plain_margin_nats = 20;
-  // A side lobe of a comb has less of the gain, and of the light.
-  static constexpr double no_side_lobe = 0.7;
   // From so much on, over the frame, the photons show which of two that cross is which.
   static constexpr double crossing_widths = 4;
   // Two as close as this may be one wide pulse in their middle.
-  static constexpr double one_pulse_widths = 6;
+  static constexpr double one_pulse_widths = pulse_reach_widths;
   // What is left to gain where a maximum is only compared.
   static constexpr double greedy_nats = 3e-2;
 
@@ -89,37 +91,36 @@ class TargetSelection {
     bool is_detected = false;
   };
   bool add_next(Effort most);
-  std::optional<likelihood::Target> find_seen(const FoldedFrame& rest);
+  std::optional<Target> find_seen(const FoldedFrame& rest);
   std::optional<RangeOdds::Place> seen_beside();
   [[nodiscard]] bool may_be_side_lobe(const RangeOdds::Place& place, std::size_t member) const;
-  [[nodiscard]] double least_gain_nats(const likelihood::Target& next) const;
-  std::optional<likelihood::Target> find_next(const FoldedFrame& rest, Effort most);
-  DelayTrack likeliest_lobe(const FoldedFrame& rest, const likelihood::Maximum& found);
-  bool add(const likelihood::Target& next);
-  bool add_together(const likelihood::Target& next);
+  [[nodiscard]] double least_gain_nats(const Target& next) const;
+  std::optional<Target> find_next(const FoldedFrame& rest, Effort most);
+  DelayTrack likeliest_lobe(const FoldedFrame& rest, const Maximum& found);
+  bool add(const Target& next);
+  bool add_together(const Target& next);
   void refine();
-  [[nodiscard]] likelihood::Maximum best_split(bool is_early);
-  [[nodiscard]] bool is_plain_pair(const likelihood::Maximum& pair) const;
-  bool accept(const likelihood::Maximum& together);
-  [[nodiscard]] std::optional<std::array<likelihood::Target, 2>> pair_about(std::size_t target);
-  [[nodiscard]] likelihood::Maximum maximize(const likelihood::Model& start, double enough_nats);
+  [[nodiscard]] Maximum best_split(bool is_early);
+  [[nodiscard]] bool is_plain_pair(const Maximum& pair) const;
+  bool accept(const Maximum& together);
+  [[nodiscard]] std::optional<std::array<Target, 2>> pair_about(std::size_t target);
+  [[nodiscard]] Maximum maximize(const Model& start, double enough_nats);
   [[nodiscard]] std::size_t detected() const;
   void judge_targets();
   [[nodiscard]] bool stands(std::size_t target, std::span<const std::size_t> brighter);
   [[nodiscard]] bool beats_other_pulse(std::size_t target, std::size_t bright);
-  [[nodiscard]] bool beats_shapes(const likelihood::Model& without);
+  [[nodiscard]] bool beats_shapes(const Model& without);
   [[nodiscard]] double apart_ns(const DelayTrack& a, const DelayTrack& b) const;
   [[nodiscard]] double apart_widths(const DelayTrack& a, const DelayTrack& b) const;
   [[nodiscard]] double parting_widths(const DelayTrack& a, const DelayTrack& b) const;
-  [[nodiscard]] bool is_plain(const likelihood::Target& next, double gain_nats) const;
-  [[nodiscard]] bool may_be_side_lobe(const likelihood::Target& target,
-                                      const likelihood::Target& bright) const;
-  [[nodiscard]] bool is_near(const likelihood::Target& next) const;
+  [[nodiscard]] bool is_plain(const Target& next, double gain_nats) const;
+  [[nodiscard]] bool may_be_side_lobe(const Target& target, const Target& bright) const;
+  [[nodiscard]] bool is_near(const Target& next) const;
   void keep_detected();
   void sort_by_signal();
   void drop(std::size_t target);
   void try_other_places();
-  void try_places(const likelihood::Maximum& found, std::size_t k, std::size_t m);
+  void try_places(const Maximum& found, std::size_t k, std::size_t m);
   [[nodiscard]] double gain_of(std::size_t target);
   [[nodiscard]] const TargetSearch::Search* searched_about(std::size_t target) const;
   [[nodiscard]] double range_odds_nats(std::size_t target);
@@ -135,7 +136,7 @@ class TargetSelection {
   PulseTail tail_;
   const FoldedFrame* frame_ = nullptr;
   std::size_t terms_ = 2;
-  likelihood::Maximum all_;      // of all that was found
+  Maximum all_;                  // of all that was found
   bool is_refined_ = false;      // all_ is a maximum of them together
   std::vector<Member> members_;  // of each target in all_, and room for more
   std::array<std::optional<double>, most_targets> pair_odds_nats_{};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "estimator/sync/round_quickly.hpp"
 #include "estimator/sync/sync_fit.hpp"
 
 // The measured pattern period, [P] Eq. 19, and with it the drift of the pattern's clock, from syncs
@@ -11,13 +12,6 @@ namespace splid::sync {
 
 inline constexpr double outlier_sigmas = 5;
 inline constexpr double least_sigma_ps = 2;  // taggers round to 1 to 4 ps
-
-// Design note: rounds by adding 1.5 * 2^52, in a fifth of the time of the library's call, for which
-// the baseline instruction set has no instruction. Holds for up to 2^51 periods.
-inline double round_quickly(double value) {
-  constexpr double shift = 6755399441055744.0;
-  return (value + shift) - shift;
-}
 
 // Pattern starts are at the times x_ps where straight_ps(x_ps) is phase_ps + k * period_ps, for
 // every whole k. Where the clock's rate is steady, bend_per_ps is 0 and straight_ps(x_ps) is x_ps.

@@ -9,8 +9,8 @@ constexpr std::size_t least_in_block = 4;
 constexpr std::size_t most_in_block = 32;
 constexpr std::size_t least_blocks = BlockMedians::most / 2;
 
-constexpr double std_of_median = 1.2533;  // of gaussian values, over that of their mean
 constexpr double bent_deviations = 6;
+constexpr double std_of_median = 1.2533;  // of gaussian values, over that of their mean
 
 double median(std::span<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -19,6 +19,9 @@ namespace splid::sync {
 inline constexpr double window_of_period = 1.0 / 16;
 inline constexpr double widest_window_ps = 5000;
 
+// Where nearly all agree, the others are strays.
+inline constexpr double nearly_all = 0.9;
+
 inline constexpr double sigma_per_mad = 1.4826;  // of a gaussian: sigma over median deviation
 
 inline double first_window_ps(double period_ps) {

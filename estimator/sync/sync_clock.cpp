@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "estimator/sync/drift_regression.hpp"
+#include "estimator/sync/sync_bend.hpp"
 #include "estimator/sync/sync_lock.hpp"
 
 namespace splid {

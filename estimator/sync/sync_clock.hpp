@@ -15,7 +15,6 @@
 //   sync_bend.hpp          whether they bend away from a line, as where the clock's rate changes
 //   recording_period.hpp   one period for a whole recording, from the fits of its frames
 //   sync_survey.hpp        that period where nobody says what it should be
-//   period_from_gaps.hpp   a first guess of the period, for sync_survey and for error messages
 // The period is applied to the photons' times ([P] Eq. 20) in estimator/fold/folded_frame.cpp.
 
 namespace splid {

@@ -239,7 +239,6 @@ std::optional<Lock> lock_from(std::span<const double> syncs, std::size_t seed, d
   if (!may_bend || (straight && is_straight(syncs, straight->accepted.line))) return straight;
   const auto bent = follow(syncs, seed, walk.line(), scratch);
   // The wide gate of a straight line about a bent clock holds some strays beside the syncs.
-  constexpr double nearly_all = 0.9;
   const bool holds_them =
       bent && (!straight || bent->accepted.sums.n >= nearly_all * straight->accepted.sums.n);
   return holds_them ? bent : straight;

@@ -1,7 +1,6 @@
-#include "estimator/checks/input_split.hpp"
-
 #include <gtest/gtest.h>
 
+#include "estimator/checks/light_flicker.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "tests/support/frame_maker.hpp"
 

@@ -30,7 +30,7 @@ struct TrainMaker {
     std::normal_distribution<double> jitter(0, sigma_ns);
     const auto add = [&](double time_ns, double phase_ns) {
       photons.time_ns.push_back(time_ns);
-      photons.phase_ns.push_back(paper::fold_on(phase_ns, period_ns));
+      photons.phase_ns.push_back(fold_on(phase_ns, period_ns));
     };
     for (int n = std::poisson_distribution<int>(signal)(random); n > 0; --n) {
       const double time_ns = when(random);

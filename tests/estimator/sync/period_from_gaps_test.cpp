@@ -1,7 +1,6 @@
-#include "estimator/sync/period_from_gaps.hpp"
-
 #include <gtest/gtest.h>
 
+#include "estimator/sync/sync_survey.hpp"
 #include "tests/support/real_recording.hpp"
 #include "tests/support/sync_stream.hpp"
 
