@@ -4,16 +4,20 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/base/text.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/forward/forwarding.hpp"
+#include "daemon/forward/nats_reader.hpp"
+#include "daemon/output/publisher.hpp"
 #include "daemon/security/key_file.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "protocol/error.hpp"
@@ -28,6 +32,9 @@ namespace {
 constexpr double bytes_per_buffer_mib = 1 << 20;
 constexpr double most_buffer_mib = 65536;
 
+// With --back, of each subscriber: what comes at once after an hour without the broker.
+constexpr int most_waiting_back = 100'000;
+
 struct ForwardCommand {
   std::string endpoint = "tcp://127.0.0.1:9872";
   std::string to;
@@ -40,6 +47,7 @@ struct ForwardCommand {
   std::string private_key;
   std::string key;         // file of a secret key; empty: none
   std::string server_key;  // a public key or its file
+  bool back = false;
 };
 
 // This machine's name up to its first dot.
@@ -93,7 +101,31 @@ std::optional<security::CurveClient> daemon_client(const ForwardCommand& command
       asked_by("--server-key", [&] { return security::read_public_key(command.server_key); })};
 }
 
+// The other way: listen, view and Python hear the device as they hear a daemon.
+int run_back(const ForwardCommand& command) {
+  const StopSignals signals;
+  const forward::Destination from = destination_of(command);
+  if (!from.is_nats) {
+    throw Error(Fault::usage, "--back reads JetStream alone: give --to nats://HOST:PORT");
+  }
+  Publisher publisher(command.endpoint, most_waiting_back);
+  std::uint64_t count = 0;
+  forward::NatsReader reader(from, [&](const std::string& topic, std::string json) {
+    const auto& topics = command.topics;
+    if (std::find(topics.begin(), topics.end(), topic) == topics.end()) return;
+    ++count;
+    if (topic == topic_frame) publisher.publish_frame(std::move(json));
+    if (topic == topic_scene) publisher.publish_scene(std::move(json));
+    if (topic == topic_status) publisher.publish_status(std::move(json));
+  });
+  reader.run(signals.token());
+  std::fprintf(stderr, "splid: %s messages published; %s connections to the broker\n",
+               grouped(count).c_str(), grouped(reader.connections()).c_str());
+  return 0;
+}
+
 int run_forward(const ForwardCommand& command) {
+  if (command.back) return run_back(command);
   const StopSignals signals;
   forward::Options options;
   options.endpoint = command.endpoint;
@@ -114,7 +146,7 @@ void add_broker_options(CLI::App& command, ForwardCommand& options) {
   command.add_option("--to", options.to, "The broker: mqtt://HOST:PORT or nats://HOST:PORT")
       ->required();
   command.add_option("--device", options.device,
-                     "This sensor's name in the topics (default: this machine's name)");
+                     "The sensor's name in the topics (default: this machine's name)");
   command
       .add_option("--buffer", options.buffer_mib,
                   "MiB of messages that wait while the broker is away; then the oldest are lost, "
@@ -135,7 +167,9 @@ void add_forward(CLI::App& app, Action& action) {
       "forward", "Carry what a running splid publishes to an MQTT broker or to NATS JetStream");
   const auto options = std::make_shared<ForwardCommand>();
   add_broker_options(*command, *options);
-  command->add_option("--endpoint,-e", options->endpoint, "The daemon's publish.endpoint")
+  command
+      ->add_option("--endpoint,-e", options->endpoint,
+                   "The daemon's publish.endpoint; with --back, where splid listen connects to")
       ->capture_default_str();
   command->add_option("--topics", options->topics, "status,frame,scene, or a part of them")
       ->delimiter(',')
@@ -143,6 +177,11 @@ void add_forward(CLI::App& app, Action& action) {
   command->add_option("--key", options->key, "File of your secret key (splid keys), for CURVE");
   command->add_option("--server-key", options->server_key,
                       "The server's public key, or its file, for CURVE");
+  command
+      ->add_flag("--back", options->back,
+                 "The other way: publish at --endpoint what JetStream stores of the device")
+      ->excludes("--buffer")
+      ->excludes("--key");
   add_log_options(*command);
   command->callback([&action, options] { action = [options] { return run_forward(*options); }; });
 }

@@ -11,34 +11,14 @@
 #include <vector>
 
 #include "daemon/forward/broker.hpp"
+#include "daemon/forward/nats_connection.hpp"
 #include "protocol/json_value.hpp"
 
 namespace splid::forward {
 namespace {
 
-constexpr const char* stream_name = "SPLID";
 constexpr const char* message_id = "Nats-Msg-Id";
-constexpr std::int64_t connect_ms = 2000;
 constexpr std::int64_t answer_ms = 5000;
-constexpr std::int64_t ping_ms = 5000;
-
-template <auto destroy>
-struct Destroyer {
-  template <class Value>
-  void operator()(Value* value) const {
-    destroy(value);
-  }
-};
-using Connection = std::unique_ptr<natsConnection, Destroyer<natsConnection_Destroy>>;
-using Subscription = std::unique_ptr<natsSubscription, Destroyer<natsSubscription_Destroy>>;
-using NatsMessage = std::unique_ptr<natsMsg, Destroyer<natsMsg_Destroy>>;
-using Context = std::unique_ptr<jsCtx, Destroyer<jsCtx_Destroy>>;
-using NatsOptions = std::unique_ptr<natsOptions, Destroyer<natsOptions_Destroy>>;
-
-std::string last_error(natsStatus status) {
-  const char* text = nats_GetLastError(nullptr);
-  return text == nullptr || *text == 0 ? natsStatus_GetText(status) : text;
-}
 
 // A connection lasts until anything goes wrong; then all that was not acknowledged is given to the
 // next one, which first asks what the stream has of it.
@@ -58,9 +38,7 @@ class NatsBroker : public Broker {
   }
 
  private:
-  [[nodiscard]] std::string place() const {
-    return fmt::format("nats://{}:{}", to_.host, to_.port);
-  }
+  [[nodiscard]] std::string place() const { return nats_place(to_); }
   [[nodiscard]] std::string subject(const std::string& topic) const {
     return "splid." + to_.device + "." + topic;
   }
@@ -71,46 +49,8 @@ class NatsBroker : public Broker {
     connection_.reset();
   }
 
-  natsStatus prepare(natsOptions* options) const {
-    natsStatus status = natsOptions_SetURL(options, place().c_str());
-    const auto then = [&status](natsStatus next) {
-      if (status == NATS_OK) status = next;
-    };
-    then(natsOptions_SetName(options, ("splid forward " + to_.device).c_str()));
-    then(natsOptions_SetTimeout(options, connect_ms));
-    then(natsOptions_SetAllowReconnect(options, false));
-    then(natsOptions_SetPingInterval(options, ping_ms));
-    then(natsOptions_SetWriteDeadline(options, answer_ms));
-    then(natsOptions_SetErrorHandler(
-        options, [](natsConnection*, natsSubscription*, natsStatus, void*) {}, nullptr));
-    if (!to_.nats_creds.empty()) {
-      then(natsOptions_SetUserCredentialsFromFiles(options, to_.nats_creds.c_str(), nullptr));
-    }
-    if (!to_.user.empty()) {
-      then(natsOptions_SetUserInfo(options, to_.user.c_str(), to_.password.c_str()));
-    }
-    if (!to_.ca.empty()) {
-      then(natsOptions_SetSecure(options, true));
-      then(natsOptions_LoadCATrustedCertificates(options, to_.ca.c_str()));
-    }
-    if (!to_.certificate.empty()) {
-      then(natsOptions_LoadCertificatesChain(options, to_.certificate.c_str(),
-                                             to_.private_key.c_str()));
-    }
-    return status;
-  }
-
   std::string connect() {
-    natsOptions* options = nullptr;
-    natsStatus status = natsOptions_Create(&options);
-    const NatsOptions owner(options);
-    if (status == NATS_OK) status = prepare(options);
-    natsConnection* connection = nullptr;
-    if (status == NATS_OK) status = natsConnection_Connect(&connection, options);
-    connection_.reset(connection);
-    jsCtx* context = nullptr;
-    if (status == NATS_OK) status = natsConnection_JetStream(&context, connection, nullptr);
-    jet_stream_.reset(context);
+    natsStatus status = connect_nats(to_, connection_, jet_stream_);
     if (status == NATS_OK) status = find_stream();
     natsInbox* inbox = nullptr;
     if (status == NATS_OK) status = natsInbox_Create(&inbox);
@@ -118,11 +58,11 @@ class NatsBroker : public Broker {
       inbox_ = inbox;
       natsInbox_Destroy(inbox);
       natsSubscription* answers = nullptr;
-      status = natsConnection_SubscribeSync(&answers, connection, (inbox_ + ".*").c_str());
+      status = natsConnection_SubscribeSync(&answers, connection_.get(), (inbox_ + ".*").c_str());
       answers_.reset(answers);
     }
     asks_ = true;
-    return status == NATS_OK ? std::string{} : place() + ": " + last_error(status);
+    return status == NATS_OK ? std::string{} : place() + ": " + nats_error(status);
   }
 
   // Makes the stream where there is none; its limits are then the administrator's.
@@ -158,7 +98,7 @@ class NatsBroker : public Broker {
                                             subject(topic).c_str(), nullptr, &code);
     const NatsMessage owner(found);
     if (status == NATS_NOT_FOUND) return {};
-    if (status != NATS_OK) return place() + ": " + last_error(status);
+    if (status != NATS_OK) return place() + ": " + nats_error(status);
     const char* id = nullptr;
     if (natsMsgHeader_Get(found, message_id, &id) == NATS_OK) stored.id = id;
     return {};
@@ -206,7 +146,7 @@ class NatsBroker : public Broker {
         continue;
       }
       const natsStatus status = publish(batch[i], i);
-      if (status != NATS_OK) return place() + ": " + last_error(status);
+      if (status != NATS_OK) return place() + ": " + nats_error(status);
     }
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds{answer_ms};
     while (std::find(waiting.begin(), waiting.end(), true) != waiting.end()) {

@@ -46,6 +46,17 @@ std::int64_t unix_ns() {
       .count();
 }
 
+std::size_t count_in(const std::string& text, const std::string& words) {
+  std::size_t count = 0;
+  for (auto at = text.find(words); at != std::string::npos; at = text.find(words, at + 1)) ++count;
+  return count;
+}
+
+// How often the broker was reached.
+std::size_t connections(const test::Program& forward) {
+  return count_in(forward.err(), "connected to the broker");
+}
+
 // A daemon that does nothing but publish frames, and `splid forward` beside it.
 class Sensor {
  public:
@@ -76,7 +87,8 @@ class Sensor {
       frame.timestamp_s = static_cast<double>(unix_ns()) * 1e-9 + clock_error_s_;
       frame.sequence = next_++;
       frame.duration_ms = 50;
-      publisher_->publish_frame(to_json(frame));
+      sent_.push_back(to_json(frame));
+      publisher_->publish_frame(sent_.back());
     }
   }
   void publish(const FrameMessage& frame) {
@@ -107,28 +119,23 @@ class Sensor {
   }
   // The broker was reached for the n-th time.
   void await_connections(std::size_t count) {
-    ASSERT_TRUE(test::eventually([&] { return occurrences("connected to the broker") >= count; }))
+    ASSERT_TRUE(test::eventually([&] { return connections(*forward_) >= count; }))
         << forward_->err();
   }
   void await_words(const std::string& words) {
-    ASSERT_TRUE(test::eventually([&] { return occurrences(words) > 0; })) << forward_->err();
+    ASSERT_TRUE(test::eventually([&] { return count_in(forward_->err(), words) > 0; }))
+        << forward_->err();
   }
 
   [[nodiscard]] std::uint64_t published() const { return next_; }
+  // Of publish(int), while nothing is published.
+  [[nodiscard]] const std::vector<std::string>& sent() const { return sent_; }
   test::Program& forward() { return *forward_; }
 
  private:
   void begin_daemon() {
     endpoint_ = "ipc://" + folder_.path("frames");
     publisher_ = std::make_unique<Publisher>(endpoint_, 1'000'000);
-  }
-  [[nodiscard]] std::size_t occurrences(const std::string& words) const {
-    const std::string text = forward_->err();
-    std::size_t count = 0;
-    for (auto at = text.find(words); at != std::string::npos; at = text.find(words, at + 1)) {
-      ++count;
-    }
-    return count;
   }
 
   test::TempFolder folder_;
@@ -138,6 +145,7 @@ class Sensor {
   std::unique_ptr<Publisher> publisher_;
   std::unique_ptr<test::Program> forward_;
   std::atomic<std::uint64_t> next_ = 0;
+  std::vector<std::string> sent_;
   std::jthread thread_;
 };
 
@@ -489,6 +497,56 @@ TEST(Forward, ConnectsWithTlsAndAPassword) {
   }
 }
 
+std::vector<std::string> lines_of(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line) && !stream.eof();) lines.push_back(line);
+  return lines;
+}
+
+// `splid listen` hears a sensor by way of a broker as it hears it beside it.
+TEST(ForwardBack, ListenHearsEachFrameOnceWhileTheBrokerIsKilled) {
+  SPLID_NEEDS("nats-server");
+  test::Broker broker("nats-server");
+  broker.start();
+  Sensor sensor(broker, "s1");
+  Sensor other(broker, "s2");
+  sensor.await_connections(1);  // the stream is there
+  const test::TempFolder folder;
+  const std::string endpoint = "ipc://" + folder.path("back");
+  test::Program back(
+      {"forward", "--back", "--to", broker.address(), "--device", "s1", "--endpoint", endpoint});
+  const test::Program listen({"listen", "--endpoint", endpoint, "--json"});
+  sensor.keep_publishing();
+  ASSERT_TRUE(test::eventually([&] { return !lines_of(listen.out()).empty(); }))
+      << back.err() << listen.err();
+  for (std::size_t i = 2; i <= 4; ++i) {
+    sensor.await_published(100);
+    broker.end(SIGKILL);
+    sensor.await_published(100);
+    broker.start();
+    sensor.await_connections(i);
+    ASSERT_TRUE(test::eventually([&] { return connections(back) >= i; })) << back.err();
+    other.publish(5);
+  }
+  sensor.stop_publishing();
+  const std::string last = sensor.sent().back();
+  std::vector<std::string> heard;
+  EXPECT_TRUE(test::eventually([&] {
+    heard = lines_of(listen.out());
+    return heard.back() == last;
+  })) << back.err();
+  // From the first that it heard to the last that was sent.
+  const auto& sent = sensor.sent();
+  EXPECT_EQ(heard, std::vector<std::string>(std::find(sent.begin(), sent.end(), heard.front()),
+                                            sent.end()));
+  EXPECT_GT(heard.size(), 600);
+  back.signal(SIGTERM);
+  const test::ProgramResult result = back.wait();
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.err, HasSubstr(" messages published; 4 connections to the broker"));
+}
+
 TEST(Forward, SaysInItsLastReportThatItStops) {
   SPLID_NEEDS("nats-server");
   test::Broker broker("nats-server");
@@ -521,6 +579,7 @@ TEST(Forward, RefusesWhatItCannotUse) {
   EXPECT_THAT(said({"--to", "nats://a", "--credentials", "/none"}),
               HasSubstr("--credentials: /none"));
   EXPECT_THAT(said({"--to", "nats://a", "--topics", "frame,none"}), HasSubstr("none"));
+  EXPECT_THAT(said({"--to", "mqtt://a", "--back"}), HasSubstr("--back reads JetStream alone"));
 }
 
 }  // namespace
