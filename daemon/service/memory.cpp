@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "config/scan_options.hpp"
 #include "daemon/stream/frame_plan.hpp"
 #include "daemon/stream/lane.hpp"
 #include "daemon/stream/stream.hpp"
@@ -37,6 +38,9 @@ double frame_mib(const FrameCapacity& capacity) {
 double memory_needed_mib(const Config& config) {
   const auto ring = std::bit_ceil(static_cast<std::size_t>(config.pipeline.ring_capacity_tags));
   const double ring_mib = static_cast<double>(ring * sizeof(Tag)) / bytes_a_mib;
+  // A recording has a ring of that size, and a scan a line.
+  const int rings = 1 + (config.record.folder.empty() ? 0 : 1) +
+                    (scan_lines(config.frame.by, config.scan, std::nullopt) ? 1 : 0);
   const auto tables = static_cast<double>(search_table_bytes(
       config.pattern, config.pulse, config.scene, config.estimator, config.frame.length_ms));
   const std::size_t pixels = config.pixels.size();
@@ -46,8 +50,7 @@ double memory_needed_mib(const Config& config) {
   const double an_estimator_mib =
       one_estimator_mib +
       (estimator_bytes_a_tag * static_cast<double>(capacity.photons) + tables) / bytes_a_mib;
-  return program_mib + ring_mib * (config.record.folder.empty() ? 1 : 2) +
-         lanes * lane_depth * frame_mib(capacity) +
+  return program_mib + ring_mib * rings + lanes * lane_depth * frame_mib(capacity) +
          static_cast<double>(estimators_needed(stream_options(config))) * an_estimator_mib;
 }
 

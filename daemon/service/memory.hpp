@@ -5,8 +5,9 @@
 namespace splid {
 
 // What `run` has in memory once frames flow, MiB of 2^20 bytes: the ring, the recording's ring, the
-// frames of the lanes, the estimators and the program itself. More where a reload makes
-// estimators anew, and for frames of many photons.
+// line of a scan that frame.by names, the frames of the lanes, the estimators and the program
+// itself. More where a reload makes estimators anew, for frames of many photons, and where only the
+// source tells of a scan.
 //
 // Design note: rings, frames and the tables of the search are what they are allocated as. The
 // program's 17 MiB and the 2 MiB of the rest of an estimator are fitted to what the process has.

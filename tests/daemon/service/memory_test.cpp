@@ -20,6 +20,7 @@ TEST(MemoryNeeded, IsWhatTheProgramHas) {
     std::string keys;
     int frames = 20;  // that are waited for
     std::string pattern = "interleaved-180-189";
+    std::string scene = {};  // beside the driver
   };
   const std::vector<Setting> settings = {
       {R"("pipeline":{"ring_capacity_tags":131072},"frame":{"length_ms":10})"},
@@ -30,16 +31,19 @@ TEST(MemoryNeeded, IsWhatTheProgramHas) {
       // The tables are those of frames of 10 s with 150 m/s.
       {R"("pipeline":{"ring_capacity_tags":524288},"scene":{"max_speed_mps":30000})", 1},
       {R"("pipeline":{"ring_capacity_tags":524288},"scene":{"max_speed_mps":30000})", 1,
-       "random-40"}};
-  for (const auto& [setting, frames, pattern] : settings) {
+       "random-40"},
+      {R"("pipeline":{"ring_capacity_tags":2097152},"frame":{"by":"line:1:2:8","length_ms":5})", 20,
+       "interleaved-180-189",
+       R"(,"array":{"columns":8,"rows":2,"planes":[{"motion":"linear","distance_m":20,)"
+       R"("signal_per_pulse":0.02}]},"scanner":{"dwell_ms":5})"}};
+  for (const auto& [setting, frames, pattern, scene] : settings) {
     const test::TempFolder folder;
     const std::string endpoint = "ipc://" + folder.path("frames");
     const std::string file = folder.write(
-        "config.json",
-        R"({"schema":"splid.config","source":{"driver":"simulator"},"pattern":{"file":")" SPLID_SOURCE_DIR
-        "/config/patterns/" +
-            pattern + R"(.json"},"control":{"endpoint":"off"},)" + setting +
-            R"(,"publish":{"endpoint":")" + endpoint + "\"}}");
+        "config.json", R"({"schema":"splid.config","source":{"driver":"simulator")" + scene +
+                           R"(},"pattern":{"file":")" SPLID_SOURCE_DIR "/config/patterns/" +
+                           pattern + R"(.json"},"control":{"endpoint":"off"},)" + setting +
+                           R"(,"publish":{"endpoint":")" + endpoint + "\"}}");
     const double needed_mib = memory_needed_mib(load_config(file));
     test::WatchedDaemon daemon(file, endpoint);
     for (int i = 0; i < frames; ++i) ASSERT_TRUE(daemon.await_good_frame());
