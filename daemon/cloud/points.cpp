@@ -50,7 +50,9 @@ Points::Points(const Config& config)
     : config_file_(config.file), is_scan_(config.scan.has_directions()) {
   if (!is_scan_ && config.frame.by.starts_with("line:")) refuse_scan(config_file_);
   if (!is_scan_ && config.pixels.empty()) {
-    refuse(config, "there is no list of pixels; set pixels instead of channels.photon, with");
+    refuse(config,
+           "there is no list of pixels; set the angles of /scan for a scan (docs/guide/scan.md), "
+           "else pixels instead of channels.photon");
   }
   for (const PixelOptions& pixel : config.pixels) {
     if (!is_scan_ && (!pixel.azimuth_deg || !pixel.elevation_deg)) {

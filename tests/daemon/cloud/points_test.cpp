@@ -126,7 +126,8 @@ TEST(CloudPoints, WithoutDirectionsSayWhatToAdd) {
                     HasSubstr(R"({"input": 1, "azimuth_deg": 0, "elevation_deg": 0})")));
   config.pixels.clear();
   EXPECT_THAT(test::error_text([&] { const cloud::Points points(config); }),
-              AllOf(HasSubstr("there is no list of pixels"), HasSubstr("channels.photon")));
+              AllOf(HasSubstr("no list of pixels; set the angles of /scan for a scan"),
+                    HasSubstr("channels.photon")));
 }
 
 Config scan() {

@@ -141,6 +141,9 @@ TEST_F(ScanProgram, ACloudWithoutDirectionsIsRefused) {
   const auto named = cloud(R"(,"frame":{"by":"line:1:2:4"})");
   EXPECT_EQ(named.exit_code, 2);
   EXPECT_THAT(named.err, HasSubstr("/scan: a cloud of a scan needs the directions of its dwells"));
+  const auto told = cloud("");
+  EXPECT_EQ(told.exit_code, 2);
+  EXPECT_THAT(told.err, HasSubstr("set the angles of /scan for a scan"));
 }
 
 TEST_F(ScanProgram, MarkersThatDoNotComeEndTheReplay) {
