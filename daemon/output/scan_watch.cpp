@@ -22,12 +22,12 @@ std::string ScanWatch::look(const FramerTotals& totals, std::int64_t now_ns) {
   cut_lines_ = totals.cut_lines;
   if (!is_scan) return "";
   if (now_ns - frames_since_ns_ > std::max(shown_for_ns, 3 * longest_ns_)) {
-    const std::string fault = scan_fault(totals, false);
+    const std::string fault = scan_fault(totals);
     return totals.lines == 0 ? fault
                              : "no line of the scan ends any more: look at the markers of frame.by "
                                "and their cables, and whether the scanner moves";
   }
-  return now_ns < cut_until_ns_ ? scan_fault(totals, false) : "";
+  return now_ns < cut_until_ns_ ? scan_fault(totals) : "";
 }
 
 }  // namespace splid

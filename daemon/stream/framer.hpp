@@ -43,6 +43,7 @@ struct FramerTotals {
   std::uint64_t outside = 0;             // of a scan: in no dwell
   std::uint64_t lines = 0;               // of a scan, or frames from marker to marker
   std::uint64_t cut_lines = 0;           // of a scan: begun without an end, their tags are outside
+  std::uint64_t open_lines = 0;          // of a scan: in which the stream ended, as the cut ones
   std::uint64_t half_picture_lines = 0;  // of the first picture, where these are too few
 };
 
@@ -96,8 +97,9 @@ class Framer {
   void outside(const Tag& tag);
   // The tag without the delay of its input and its timing walk. In the order of the stream.
   Tag undelayed(const Tag& tag) { return corrects() ? corrected(tag) : tag; }
-  // A line has begun; or has not ended.
+  // A line has begun; has not ended; or has not ended before the stream.
   void count_line() { ++totals_.lines; }
+  void count_open_line() { ++totals_.open_lines; }
   void count_cut_line() { ++totals_.cut_lines; }
   void tell_half_picture(std::int64_t lines) {
     totals_.half_picture_lines = static_cast<std::uint64_t>(lines);

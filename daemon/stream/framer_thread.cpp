@@ -20,25 +20,17 @@ constexpr std::size_t tags_at_once = 16'384;
 // How long an idle wait lasts before it looks at everything again.
 constexpr milliseconds framer_idle{100};
 
-constexpr std::array counted_totals = {&FramerTotals::events,
-                                       &FramerTotals::photons,
-                                       &FramerTotals::syncs,
-                                       &FramerTotals::markers,
-                                       &FramerTotals::shared,
-                                       &FramerTotals::ignored,
-                                       &FramerTotals::late,
-                                       &FramerTotals::surplus,
-                                       &FramerTotals::reported,
-                                       &FramerTotals::unplaced,
-                                       &FramerTotals::frames,
-                                       &FramerTotals::jumps,
-                                       &FramerTotals::resets,
-                                       &FramerTotals::uncounted,
-                                       &FramerTotals::beyond,
-                                       &FramerTotals::outside,
-                                       &FramerTotals::lines,
-                                       &FramerTotals::cut_lines,
-                                       &FramerTotals::half_picture_lines};
+constexpr std::array counted_totals = {
+    &FramerTotals::events,     &FramerTotals::photons,
+    &FramerTotals::syncs,      &FramerTotals::markers,
+    &FramerTotals::shared,     &FramerTotals::ignored,
+    &FramerTotals::late,       &FramerTotals::surplus,
+    &FramerTotals::reported,   &FramerTotals::unplaced,
+    &FramerTotals::frames,     &FramerTotals::jumps,
+    &FramerTotals::resets,     &FramerTotals::uncounted,
+    &FramerTotals::beyond,     &FramerTotals::outside,
+    &FramerTotals::lines,      &FramerTotals::cut_lines,
+    &FramerTotals::open_lines, &FramerTotals::half_picture_lines};
 static_assert(sizeof(FramerTotals) == counted_totals.size() * sizeof(std::uint64_t),
               "one is missing");
 

@@ -6,16 +6,16 @@
 
 namespace splid {
 
-std::string scan_fault(const FramerTotals& totals, bool is_over) {
+std::string scan_fault(const FramerTotals& totals) {
   if (totals.lines == 0 && totals.outside == 0) return "";
   if (totals.lines == 0) {
     return "no line of the scan has begun: the marker that frame.by begins a line with, or a "
            "frame, does not come; splid check on a recording counts the markers that come";
   }
-  const std::uint64_t open = is_over ? 1 : 0;
-  if (totals.cut_lines <= open && totals.frames > 0) return "";
-  if (totals.frames == 0 && totals.cut_lines == 0) return "";
-  return grouped(totals.cut_lines) + " of " + grouped(totals.lines) +
+  // A stream may end in the middle of a line; but not of each.
+  const std::uint64_t cut = totals.cut_lines + (totals.frames == 0 ? totals.open_lines : 0);
+  if (cut == 0) return "";
+  return grouped(cut) + " of " + grouped(totals.lines) +
          " lines of the scan have no end and made no frames (" + grouped(totals.outside) +
          " tags are in no frame): look at the markers of frame.by and their cables; a line's tags "
          "must fit pipeline.ring_capacity_tags";
@@ -28,7 +28,7 @@ void check_scan(const FramerTotals& totals) {
         "scan.lines, so that its line numbers and elevations are not known; leave it out",
         grouped(totals.half_picture_lines));
   }
-  const std::string fault = scan_fault(totals, true);
+  const std::string fault = scan_fault(totals);
   if (fault.empty()) return;
   if (totals.frames == 0) throw Error(Fault::data, fault);
   log_warning(fault);

@@ -64,7 +64,9 @@ void ScanCutter::push(std::span<const Tag> tags, std::int64_t arrival_ns) {
 
 void ScanCutter::finish() {
   settle_all();
-  give_up_line();
+  if (!line_start_ps_) return;
+  framer_.count_open_line();
+  put_line_outside();
 }
 
 void ScanCutter::settle_all() {
@@ -185,8 +187,12 @@ void ScanCutter::make_dwells(std::span<const Tag> tags, std::int64_t start_ps,
 
 void ScanCutter::give_up_line() {
   if (!line_start_ps_) return;
-  line_start_ps_.reset();
   framer_.count_cut_line();
+  put_line_outside();
+}
+
+void ScanCutter::put_line_outside() {
+  line_start_ps_.reset();
   put_outside(line_.view());
   line_.clear();
 }

@@ -26,9 +26,9 @@ std::int64_t dwell_start_ps(const ScanLines& scan, std::int64_t start_ps, std::i
 //    first, then a picture's begin, then a line's start.
 //  - A tag at a dwell's begin belongs to the dwell, and a tag at its end to the next.
 //  - Tags between two lines, before the first line and after the last are in no frame, and counted
-//    as `outside`. A line that has no end, since the next line begins first, the stream ends, the
-//    clock breaks, or more tags come than there is room for, makes no frames; its tags are outside,
-//    and it is counted.
+//    as `outside`. A line that has no end, since the next line begins first, the clock breaks, or
+//    more tags come than there is room for, makes no frames; its tags are outside, and it is
+//    counted. So is the line that is open when the stream ends, but in a count of its own.
 //  - The tags are put in order first, as far as they are out of order by 1 us at most. A tag that
 //    comes still later than that is in its dwell if the line is still open, and otherwise outside.
 //
@@ -54,6 +54,7 @@ class ScanCutter {
   void begin_line(std::int64_t start_ps);
   void end_line(std::int64_t stop_ps);
   void give_up_line();
+  void put_line_outside();
   void put_outside(std::span<const Tag> tags);
   void make_dwells(std::span<const Tag> tags, std::int64_t start_ps, std::int64_t stop_ps);
   void count_tick(const Tag& tag);

@@ -45,6 +45,9 @@ TEST(ScanWatch, TellsOfALineWithoutAnEndForAWhile) {
               HasSubstr("1 of 3 lines of the scan have no end"));
   EXPECT_NE(watch.look(totals_of(192, 4, 1), 6 * second_ns), "");
   EXPECT_EQ(watch.look(totals_of(256, 5, 1), 8 * second_ns), "");
+  FramerTotals ended = totals_of(256, 6, 1);
+  ended.open_lines = 1;
+  EXPECT_EQ(watch.look(ended, 8 * second_ns), "") << "a stream ends in the middle of a line";
 }
 
 }  // namespace

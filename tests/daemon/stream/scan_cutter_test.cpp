@@ -201,7 +201,8 @@ TEST(ScanCutter, ALineWithoutAnEndIsCountedAndKeepsItsPlace) {
   EXPECT_EQ(places_of(r)[4], at(0, 2, 0));
   EXPECT_EQ(r.frames.size(), 8U);
   EXPECT_EQ(r.totals.lines, 4U);
-  EXPECT_EQ(r.totals.cut_lines, 2U);
+  EXPECT_EQ(r.totals.cut_lines, 1U);
+  EXPECT_EQ(r.totals.open_lines, 1U);
   EXPECT_EQ(r.totals.outside, 7U);
 }
 
