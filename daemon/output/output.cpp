@@ -240,9 +240,10 @@ StreamHealth Output::health(Stream& stream) {
     health.notices = ends_.device->take_notices();
     health.configuration_fault = ends_.device->configuration_fault();
   }
-  std::string scan = scan_watch_.look(stream.counters().framer, now_ns);
-  if (!std::exchange(scan_is_faulty_, !scan.empty()) && scan_is_faulty_) log_warning(scan);
-  if (!scan.empty()) health.notices.push_back(std::move(scan));
+  health.scan_fault = scan_watch_.look(stream.counters().framer, now_ns);
+  if (!std::exchange(scan_is_faulty_, !health.scan_fault.empty()) && scan_is_faulty_) {
+    log_warning(health.scan_fault);
+  }
   // After the notices, so that no notice tells of a fault that is not here.
   const std::scoped_lock lock(recording_mutex_);
   if (recording_ != nullptr) {

@@ -15,10 +15,14 @@ class ScanWatch {
   // What is wrong, in a sentence with what to do; empty where nothing is, and where frames are cut
   // by time. totals: of the stream so far; now_ns: steady clock. A line without an end is told of
   // for 5 s; that no line ends, after 5 s or three times the longest line so far, if that is
-  // longer.
+  // longer. The counts in the sentence are renewed once a second.
   std::string look(const FramerTotals& totals, std::int64_t now_ns);
 
  private:
+  std::string fault_of(const FramerTotals& totals, std::int64_t now_ns);
+
+  std::string said_;
+  std::int64_t said_ns_ = 0;
   std::uint64_t frames_ = 0;
   std::uint64_t cut_lines_ = 0;
   std::int64_t frames_since_ns_ = 0;  // the last ones came; 0: not looked yet

@@ -176,7 +176,10 @@ void StatusReporter::stop(const StreamHealth& health, const std::string& reason)
 void StatusReporter::judge(const StreamHealth& health) {
   judge_device(health);
   const bool is_well = status_.state == DaemonState::streaming;
-  if (is_well && !health.recording_fault.empty()) status_.state = DaemonState::degraded;
+  if (is_well && !(health.recording_fault.empty() && health.scan_fault.empty())) {
+    status_.state = DaemonState::degraded;
+  }
+  add_reason(health.scan_fault);
   add_reason(health.recording_fault);
   // A fault that has just come is in a notice too, and is reported once.
   if (health.recording_fault.empty() ||

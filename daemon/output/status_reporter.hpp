@@ -26,6 +26,7 @@ struct StreamHealth {
   std::vector<DeviceReport> device_reports = {};  // since the last call, in order
   std::vector<std::string> notices = {};          // sentences since the last call, in order
   std::string recording_fault = {};               // a sentence; empty: none
+  std::string scan_fault = {};                    // a sentence; empty: none
   // Why a configuration was not taken over, in a sentence that holds until the next reload; empty:
   // it was.
   std::string configuration_fault = {};

@@ -50,5 +50,14 @@ TEST(ScanWatch, TellsOfALineWithoutAnEndForAWhile) {
   EXPECT_EQ(watch.look(ended, 8 * second_ns), "") << "a stream ends in the middle of a line";
 }
 
+TEST(ScanWatch, RenewsItsCountsOnceASecond) {
+  ScanWatch watch;
+  EXPECT_EQ(watch.look(totals_of(64, 1, 0), second_ns), "");
+  const std::string said = watch.look(totals_of(64, 3, 2), 2 * second_ns);
+  EXPECT_THAT(said, HasSubstr("2 of 3 lines"));
+  EXPECT_EQ(watch.look(totals_of(64, 4, 3), 3 * second_ns - 1), said);
+  EXPECT_THAT(watch.look(totals_of(64, 5, 4), 3 * second_ns), HasSubstr("4 of 5 lines"));
+}
+
 }  // namespace
 }  // namespace splid

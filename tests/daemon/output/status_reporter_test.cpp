@@ -143,6 +143,23 @@ TEST_F(StatusReports, SayThatNothingIsRecorded) {
                            HasSubstr("\"streaming\"")));
 }
 
+TEST_F(StatusReports, SayWhatIsWrongWithAScanOnceASecond) {
+  StreamHealth health{1, clock.steady_ns(), 0, ""};
+  reporter.frame_published(frame(FrameStatus::ok));
+  health.scan_fault = "no line of the scan ends any more";
+  for (int look = 0; look < 21; ++look) {
+    reporter.tick(health);
+    clock.advance_ms(50);
+    health.last_arrival_ns = clock.steady_ns();
+  }
+  health.scan_fault.clear();
+  reporter.tick(health);
+  const auto faulty = AllOf(HasSubstr("\"degraded\""), HasSubstr("no line of the scan ends"));
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"starting\""), faulty, faulty,
+                                   AllOf(HasSubstr("\"streaming\""), Not(HasSubstr("scan")))));
+}
+
 // Bytes and seconds grow all the time and wait for the next second; what else changes does not.
 TEST_F(StatusReports, SayWhatIsRecordedAndAtOnceWhereThatTurns) {
   StreamHealth health{1, clock.steady_ns(), 0, ""};
