@@ -42,8 +42,9 @@ class Bridge(TimeTagger.CustomMeasurement):
         self.reached_ps = None
 
     def process(self, incoming_tags, begin_time, end_time):
-        # A tag of the library is laid out as a record. Its 16 bytes are copied as one number: member
-        # by member it takes ten times as long. All go along: splid passes over those of other inputs.
+        # A tag of the library is laid out as a record. Its 16 bytes are copied as one number:
+        # member by member it takes ten times as long. All go along: splid passes over those of
+        # other inputs.
         tags = incoming_tags.view(numpy.complex128).copy().view(tags16.RECORD)
         # The library marks what it lost with tags of types 2 to 4, so nothing is between calls.
         begin_ps = begin_time if self.reached_ps is None else self.reached_ps
