@@ -76,6 +76,7 @@ class Hearer {
     natsSubscription_SetPendingLimits(subscription_, -1, -1);
   }
   ~Hearer() {
+    natsConnection_Close(connection_);  // ends its thread, which would use a destroyed subscription
     natsSubscription_Destroy(subscription_);
     jsCtx_Destroy(context_);
     natsConnection_Destroy(connection_);

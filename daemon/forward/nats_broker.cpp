@@ -25,6 +25,9 @@ constexpr std::int64_t answer_ms = 5000;
 class NatsBroker : public Broker {
  public:
   explicit NatsBroker(Destination destination) : to_(std::move(destination)) {}
+  ~NatsBroker() override { close(); }
+  NatsBroker(const NatsBroker&) = delete;
+  NatsBroker& operator=(const NatsBroker&) = delete;
 
   Outcome carry(std::span<const Message> batch) override {
     Outcome outcome;
@@ -43,7 +46,10 @@ class NatsBroker : public Broker {
     return "splid." + to_.device + "." + topic;
   }
 
+  // The connection's thread ends first: libnats 3.4 lets it lock a subscription that is destroyed
+  // while an answer comes in, and hangs for ever.
   void close() {
+    if (connection_) natsConnection_Close(connection_.get());
     answers_.reset();
     jet_stream_.reset();
     connection_.reset();
