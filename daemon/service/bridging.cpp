@@ -84,12 +84,12 @@ int run_bridge(const std::string& listen, const OpenBridged& open) {
   };
   BridgedInstrument bridged = open(context);
   log_info("{}: listening at {}", bridged.source->info().name, listen);
+  sd_notify(0, "READY=1");  // before the source's first STATUS=
   std::atomic<bool> has_ended = false;
   std::jthread source([&](const std::stop_token& stop) {
     bridged.source->run(server, stop);
     has_ended = true;
   });
-  sd_notify(0, "READY=1");
   Notifier notifier;
   const Clock& clock = host_clock();
   while (!signals.token().stop_requested()) {
