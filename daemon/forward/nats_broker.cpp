@@ -46,14 +46,7 @@ class NatsBroker : public Broker {
     return "splid." + to_.device + "." + topic;
   }
 
-  // The connection's thread ends first: libnats 3.4 lets it lock a subscription that is destroyed
-  // while an answer comes in, and hangs for ever.
-  void close() {
-    if (connection_) natsConnection_Close(connection_.get());
-    answers_.reset();
-    jet_stream_.reset();
-    connection_.reset();
-  }
+  void close() { close_nats(connection_, jet_stream_, answers_); }
 
   std::string connect() {
     natsStatus status = connect_nats(to_, connection_, jet_stream_);

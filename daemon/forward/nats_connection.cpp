@@ -67,4 +67,11 @@ natsStatus connect_nats(const Destination& server, Connection& connection, Conte
   return status;
 }
 
+void close_nats(Connection& connection, Context& context, Subscription& subscription) {
+  if (connection) natsConnection_Close(connection.get());
+  subscription.reset();
+  context.reset();
+  connection.reset();
+}
+
 }  // namespace splid::forward

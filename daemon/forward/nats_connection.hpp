@@ -34,4 +34,8 @@ std::string nats_error(natsStatus status);
 // Connects, at most for 2 s. A connection that breaks stays broken: whoever has it makes a new one.
 natsStatus connect_nats(const Destination& server, Connection& connection, Context& context);
 
+// Ends the connection's thread before its subscription: libnats 3.4 lets that thread lock a
+// subscription that is destroyed while a message comes in, and hangs for ever. All may be null.
+void close_nats(Connection& connection, Context& context, Subscription& subscription);
+
 }  // namespace splid::forward

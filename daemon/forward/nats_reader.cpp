@@ -30,11 +30,7 @@ void NatsReader::run(const std::stop_token& stop) {
   close();
 }
 
-void NatsReader::close() {
-  messages_.reset();
-  jet_stream_.reset();
-  connection_.reset();
-}
+void NatsReader::close() { close_nats(connection_, jet_stream_, messages_); }
 
 void NatsReader::tell(const std::string& fault) {
   if (fault.empty()) {
