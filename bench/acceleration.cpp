@@ -47,7 +47,7 @@ struct Errors {
 };
 
 struct Score {
-  int valid = 0, wrong = 0, warned = 0, wrong_warned = 0, bent = 0, right = 0;
+  int valid = 0, wrong = 0, warned = 0, wrong_warned = 0, curved = 0, right = 0;
   Errors distance, velocity, acceleration;
   std::vector<double> took_ms;
 };
@@ -81,7 +81,7 @@ void measure(const test::FrameMaker& made, const Bound& bound, FrameEstimator& e
   score.distance.add(off_ns, bound.delay_ns, e.std_delay_ns);
   score.velocity.add(e.velocity_mps - made.velocity_mps, bound.velocity_mps, e.std_velocity_mps);
   if (e.std_acceleration_mps2 <= 0) return;
-  ++score.bent;
+  ++score.curved;
   score.acceleration.add(e.acceleration_mps2 - made.acceleration_mps2, bound.acceleration_mps2,
                          e.std_acceleration_mps2);
 }
@@ -109,17 +109,17 @@ void run(const Row& row, double length_ms, double acceleration_mps2, double sign
   const int n = score.right;
   std::printf("| %g | %g | %g | %s | %d of %d | %d | %d, %d | %d |", length_ms, acceleration_mps2,
               signal_per_pulse, row.name, score.valid, trials, score.wrong, score.warned,
-              score.wrong_warned, score.bent);
+              score.wrong_warned, score.curved);
   if (n == 0) {
     std::printf(" | | | | |");
   } else {
     std::printf(" %.3g | %.0f %% | %.3g | %.0f %% |", score.distance.rms(n),
                 score.distance.share(n), score.velocity.rms(n), score.velocity.share(n));
-    if (score.bent == 0) {
+    if (score.curved == 0) {
       std::printf(" |");
     } else {
-      std::printf(" %.3g, %.0f %% |", score.acceleration.rms(score.bent),
-                  score.acceleration.share(score.bent));
+      std::printf(" %.3g, %.0f %% |", score.acceleration.rms(score.curved),
+                  score.acceleration.share(score.curved));
     }
   }
   std::printf(" %.3g |\n", score.took_ms[static_cast<std::size_t>(trials) / 2]);
@@ -128,7 +128,7 @@ void run(const Row& row, double length_ms, double acceleration_mps2, double sign
 
 // What frames say of an acceleration that changes, and how far their values are off by it.
 struct Turned {
-  int valid = 0, wrong = 0, said = 0, said_otherwise = 0, said_later = 0, bent = 0;
+  int valid = 0, wrong = 0, said = 0, said_otherwise = 0, said_later = 0, curved = 0;
   Errors distance, velocity;  // in published deviations
 
   void add(const Estimate& e, const test::FrameMaker& made) {
@@ -138,7 +138,7 @@ struct Turned {
     said += has_jerk ? 1 : 0;
     said_otherwise += has_jerk || e.findings.all().empty() ? 0 : 1;
     said_later += e.recent_findings.all().empty() ? 0 : 1;
-    bent += e.std_acceleration_mps2 > 0 ? 1 : 0;
+    curved += e.std_acceleration_mps2 > 0 ? 1 : 0;
     const double off_ns = std::remainder(e.delay_ns - made.distance_m / m_per_ns_of_delay, 3780.0);
     if (std::abs(off_ns) > 0.9) {
       ++wrong;
@@ -169,7 +169,7 @@ void run_turned(const Row& row, double length_ms, double jerk_mps3, double signa
   std::printf(
       "| %g | %g | %g | %s | %d | %d | %d, %d, %d | %d | %.3g | %.0f %% | %.3g | %.0f %% |\n",
       length_ms, jerk_mps3, signal_per_pulse, row.name, turned.valid, turned.wrong, turned.said,
-      turned.said_otherwise, turned.said_later, turned.bent, turned.distance.rms(right),
+      turned.said_otherwise, turned.said_later, turned.curved, turned.distance.rms(right),
       turned.distance.share(right), turned.velocity.rms(right), turned.velocity.share(right));
   std::fflush(stdout);
 }

@@ -135,8 +135,8 @@ Row uneven(Row row, double first_share) {
   return row;
 }
 
-// A path that bends by 13 pulse widths.
-Row bent(Row row) {
+// A path that curves by 13 pulse widths.
+Row curved(Row row) {
   row.made.acceleration_mps2 = 4e5;
   row.options.motion = Motion::accelerating;
   row.options.max_acceleration_mps2 = 5e5;
@@ -299,8 +299,8 @@ int main(int count, char** arguments) {
         Row{"one pulse", scene(one, 3, 3, 250)},
         Row{"interleaved", scene(interleaved, 3, 10, 50)},
         Row{"one pulse", scene(one, 10, 0.1, 50)},
-        bent({"interleaved", scene(interleaved, 0.1, 1, 50)}),
-        bent({"interleaved", scene(interleaved, 3, 0.1, 50)}),
+        curved({"interleaved", scene(interleaved, 0.1, 1, 50)}),
+        curved({"interleaved", scene(interleaved, 3, 0.1, 50)}),
         with_afterpulses({"1 % afterpulses", scene(interleaved, 0.02, 0.1, 50)}, 0.01),
         with_afterpulses({"1 % afterpulses", scene(interleaved, 0.5, 0.1, 50)}, 0.01),
         with_afterpulses({"5 % afterpulses", scene(interleaved, 0.5, 0.1, 50)}, 0.05),

@@ -15,13 +15,13 @@ constexpr double least_bins = 64;
 FramePhase::FramePhase(const FrameView& view)
     : origin_ps_(view.sync.origin_ps), turns_per_ps_(1 / view.sync.period_ps) {
   const double half_ps = static_cast<double>(view.end_ps - view.start_ps) / 2;
-  phase_ps_ = view.sync.phase_ps - view.sync.bend_ps * view.sync.bend_zero;
-  bend_ = view.sync.bend_ps / (half_ps * half_ps);
+  phase_ps_ = view.sync.phase_ps - view.sync.curvature_ps * view.sync.curvature_zero;
+  curvature_ = view.sync.curvature_ps / (half_ps * half_ps);
 }
 
 double FramePhase::turn_of(std::int64_t photon_ps) const {
   const auto from_ps = static_cast<double>(photon_ps - origin_ps_);
-  const double turns = (from_ps - phase_ps_ - bend_ * from_ps * from_ps) * turns_per_ps_;
+  const double turns = (from_ps - phase_ps_ - curvature_ * from_ps * from_ps) * turns_per_ps_;
   return turns - std::floor(turns);
 }
 

@@ -23,7 +23,7 @@ class FramePhase {
   std::int64_t origin_ps_;
   double phase_ps_;
   double turns_per_ps_;
-  double bend_;  // per ps
+  double curvature_;  // per ps
 };
 
 // The photons of a recording by their phase in the pattern period: the fold, in which a target at

@@ -19,7 +19,7 @@ constexpr double late_windows = 4;         // beside the excess until so much la
 constexpr double plateau = 1.5;            // light that changes fast is bunched so much more early
 constexpr double long_wait_ns = 2000;
 constexpr double fewest_returns = 30;
-constexpr double pulses_from_blind = 8;  // pulse widths after the dead time, which cuts pulses
+constexpr double pulses_after_dead_time = 8;  // pulse widths after the dead time, which cuts pulses
 constexpr double waits_too_short = 0.9, waits_too_long = 1.05;  // of the configured dead time
 
 // What zero or few counts say against `expected`: the log-likelihood of a rate `leak` of theirs.
@@ -73,8 +73,8 @@ void DetectorWaits::add_return(std::int64_t wait_ps, double offset_ns, double sh
 }
 
 // The bins that are best taken as empty.
-DetectorWaits::Blind DetectorWaits::blind() const {
-  Blind best;
+DetectorWaits::SeenDeadTime DetectorWaits::seen_dead_time() const {
+  SeenDeadTime best;
   double nats = 0;
   for (std::size_t bin = 0; bin + 1 < bins; ++bin) {
     nats += nats_of_dark(after_[bin], control_[bin]);
@@ -90,7 +90,7 @@ DetectorWaits::Blind DetectorWaits::blind() const {
 }
 
 void DetectorWaits::find_dead_time(FoundList& found, double detections_a_frame) const {
-  const Blind seen = blind();
+  const SeenDeadTime seen = seen_dead_time();
   const double per_ns = detections_ / seen_ns_;
   const double lost = per_ns * (seen.ns - dead_time_ns_);
   if (seen.gain_nats >= certain_nats && seen.ns > waits_too_long * dead_time_ns_) {
@@ -109,10 +109,10 @@ void DetectorWaits::find_dead_time(FoundList& found, double detections_a_frame) 
   found.add({FindingName::dead_time, seen.ns, seen.std_ns, nats});
 }
 
-// The share of detections with an afterpulse that comes by early_ns after alive_ns.
-DetectorWaits::Share DetectorWaits::share_by(double alive_ns, double early_ns) const {
+// The share of detections with an afterpulse that comes by early_ns after live_from_ns.
+DetectorWaits::Share DetectorWaits::share_by(double live_from_ns, double early_ns) const {
   std::size_t bin = 0;
-  while (bin + 1 < bins && begin_ns(bin) < alive_ns) ++bin;
+  while (bin + 1 < bins && begin_ns(bin) < live_from_ns) ++bin;
   const double from_ns = begin_ns(bin);
   double waiting_after = 0, waiting_control = 0;
   for (std::size_t k = bin; k < bins; ++k) {
@@ -133,14 +133,14 @@ DetectorWaits::Share DetectorWaits::share_by(double alive_ns, double early_ns) c
 }
 
 void DetectorWaits::find_afterpulses(FoundList& found, double detections_a_frame) const {
-  const double alive_ns = std::max(blind().ns, dead_time_ns_);
+  const double live_from_ns = std::max(seen_dead_time().ns, dead_time_ns_);
   double nats = 0;
   Share share;
   for (const double early_ns : {62.5, 250.0, longest_early_ns}) {
-    const Share one = share_by(alive_ns, early_ns);
+    const Share one = share_by(live_from_ns, early_ns);
     if (!(one.value > 0) || one.value * one.value / 2 <= nats * one.variance) continue;
     nats = one.value * one.value / one.variance / 2;
-    share = share_by(alive_ns, std::min(late_windows * early_ns, longest_early_ns));
+    share = share_by(live_from_ns, std::min(late_windows * early_ns, longest_early_ns));
   }
   if (nats < certain_nats || share.value * std::sqrt(detections_a_frame) < least_that_matters)
     return;
@@ -149,7 +149,7 @@ void DetectorWaits::find_afterpulses(FoundList& found, double detections_a_frame
 
 // A pulse in which the dead time ends shows its late part only.
 double DetectorWaits::first_sure_wait_ns(double pulse_ns) const {
-  return std::max(blind().ns, dead_time_ns_) + pulses_from_blind * pulse_ns;
+  return std::max(seen_dead_time().ns, dead_time_ns_) + pulses_after_dead_time * pulse_ns;
 }
 
 DetectorWaits::Lateness DetectorWaits::lateness(double from_ns) const {

@@ -65,7 +65,7 @@ class DetectorWaits {
     std::size_t count = 0;
     double returns = 0, variance = 0;  // of all
   };
-  struct Blind {
+  struct SeenDeadTime {
     std::size_t end = 0;  // bins before this are empty
     double ns = 0, std_ns = 0;
     double gain_nats = 0;
@@ -77,8 +77,8 @@ class DetectorWaits {
 
   static std::size_t bin_of(std::int64_t wait_ps);
   static double begin_ns(std::size_t bin);
-  [[nodiscard]] Blind blind() const;
-  [[nodiscard]] Share share_by(double alive_ns, double early_ns) const;
+  [[nodiscard]] SeenDeadTime seen_dead_time() const;
+  [[nodiscard]] Share share_by(double live_from_ns, double early_ns) const;
   [[nodiscard]] Lateness lateness(double from_ns) const;
   [[nodiscard]] double first_sure_wait_ns(double pulse_ns) const;
   void find_dead_time(FoundList& found, double detections_a_frame) const;

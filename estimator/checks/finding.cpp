@@ -12,7 +12,7 @@ namespace {
 constexpr Direction wider[] = {{Shape::width, 0, 0}};
 constexpr Direction tailed[] = {{Shape::tail, 0, 0}};
 constexpr Direction beside[] = {{Shape::early, 0, 0}, {Shape::late, 0, 0}};
-constexpr Direction curved[] = {{Shape::path, 2, 2}};
+constexpr Direction curved_path[] = {{Shape::path, 2, 2}};
 constexpr Direction turning[] = {{Shape::path, 3, 3}};
 constexpr Direction swinging[] = {{Shape::path, 4, 31}};
 constexpr Direction uneven[] = {{Shape::light, 1, 7}};
@@ -44,7 +44,7 @@ constexpr std::array table = {
     FindingRow{FindingName::unmodelled_light, "photons/s", a_second,
                "Allow more scene.targets, or keep foreign light and haze out of the beam.", beside},
     FindingRow{FindingName::acceleration, "m/s2", to_mps2,
-               "Set scene.motion to accelerating or auto, or shorten frame.length_ms.", curved,
+               "Set scene.motion to accelerating or auto, or shorten frame.length_ms.", curved_path,
                changes_sign},
     FindingRow{FindingName::jerk, "m/s3", to_mps3,
                "Shorten frame.length_ms, so that the acceleration is constant over a frame.",

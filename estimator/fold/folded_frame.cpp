@@ -66,14 +66,14 @@ void FoldedFrame::correct_times(const FrameView& frame, double period_ns) {
   const auto length_ps = static_cast<double>(frame.end_ps - frame.start_ps);
   length_ns = length_ps * to_ns;
   seen_ns = frame.seen_ns();
-  const double start_phase_ps =
-      static_cast<double>(sync.origin_ps - mid_ps) + sync.phase_ps - sync.bend_ps * sync.bend_zero;
+  const double start_phase_ps = static_cast<double>(sync.origin_ps - mid_ps) + sync.phase_ps -
+                                sync.curvature_ps * sync.curvature_zero;
   const double turns_per_ps = 1 / sync.period_ps;
-  best_search_kernels().fold(time_ns.data(), phase_ns.data(), phase_32.data(),
-                             frame.photons_ps.data(),
-                             {mid_ps, to_ns, turns_per_ps, start_phase_ps * turns_per_ps,
-                              sync.bend_ps * turns_per_ps / (length_ps * length_ps / 4), period_ns},
-                             count);
+  best_search_kernels().fold(
+      time_ns.data(), phase_ns.data(), phase_32.data(), frame.photons_ps.data(),
+      {mid_ps, to_ns, turns_per_ps, start_phase_ps * turns_per_ps,
+       sync.curvature_ps * turns_per_ps / (length_ps * length_ps / 4), period_ns},
+      count);
 }
 
 void FoldedFrame::group_by_segment(const PulseTrain& train) {

@@ -114,7 +114,7 @@ void fold(double* __restrict times_ns, double* __restrict phases_ns,
   for (std::size_t i = 0; i < count; ++i) {
     const std::int64_t since_ps = photons_ps[i] - fold_by.zero_ps;
     const double time_ps = __builtin_bit_cast(double, since_ps + rounder_bits) - rounder;
-    const double per_ps = fold_by.turns_per_ps - fold_by.bend * time_ps;
+    const double per_ps = fold_by.turns_per_ps - fold_by.curvature * time_ps;
     const double all = time_ps * per_ps - fold_by.turns_at_zero;
     double part = all - ((all + rounder) - rounder);  // -1/2 to 1/2
     const auto bits = __builtin_bit_cast(std::uint64_t, part);

@@ -52,12 +52,12 @@ struct SearchKernels {
   // [P] Eq. 20 and the folding on the pattern period, for FoldedFrame. With x = photons_ps[i] -
   // zero_ps:
   //   times_ns[i]  = x * ns_per_ps, where ns_per_ps holds the ratio of Eq. 20
-  //   turns        = x * turns_per_ps - turns_at_zero - bend * x^2
+  //   turns        = x * turns_per_ps - turns_at_zero - curvature * x^2
   //   phases_ns[i] = (turns - floor(turns)) * period_ns; phases_32[i] is that in 2^-32 of a period
   // |x| and |turns| are below 2^51.
   struct Fold {
     std::int64_t zero_ps;
-    double ns_per_ps, turns_per_ps, turns_at_zero, bend, period_ns;
+    double ns_per_ps, turns_per_ps, turns_at_zero, curvature, period_ns;
   };
   void (*fold)(double* times_ns, double* phases_ns, std::uint32_t* phases_32,
                const std::int64_t* photons_ps, const Fold& by, std::size_t count);

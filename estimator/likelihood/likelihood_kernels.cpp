@@ -83,12 +83,12 @@ void weigh(double* __restrict powers, std::size_t stride, std::size_t terms,
     twice[i] = once[i] * shares[i];
   }
   if (terms < 3) return;
-  double* __restrict bent = twice + stride, * __restrict both = bent + stride, * __restrict square = both + stride;
+  double* __restrict curved = twice + stride, * __restrict both = curved + stride, * __restrict square = both + stride;
   for (std::size_t i = 0; i < count; ++i) {
     const double term = quadratic_at(shares[i]);
-    bent[i] = powers[i] * term;
+    curved[i] = powers[i] * term;
     both[i] = once[i] * term;
-    square[i] = bent[i] * term;
+    square[i] = curved[i] * term;
   }
 }
 

@@ -23,7 +23,7 @@ struct CombLight {
 };
 
 // The chance that such a detector is live, by the phase in a comb, once it has forgotten its first
-// state: alive(t) = 1 - integral over the last dead time of alive lambda, stepped in cells of an
+// state: live(t) = 1 - integral over the last dead time of live lambda, stepped in cells of an
 // eighth of the pulse's width until a period repeats the one before. To 1e-3; beyond dead times of
 // half a million widths light is taken as steady. For studies: 4 us take milliseconds.
 class LiveFraction {
@@ -44,7 +44,7 @@ class LiveFraction {
   void settle(const std::vector<double>& chances, double cells_dead);
 
   double cells_per_ns_;
-  std::vector<double> alive_;  // at the begin of each cell
+  std::vector<double> live_;  // at the begin of each cell
   double mean_ = 1;
 };
 

@@ -23,7 +23,7 @@
 //   lambda(x, u) = b + sum_k S_k sum_p a_p h_w(x - t_p - x_k(u)),
 // and the log-likelihood is
 //   l = sum over photons of log lambda - integral of lambda over the time that the detector was
-//       alive and the tagger saw
+//       live and the tagger saw
 // ([P] Eq. 1, 2, 4 and 7). h_w is the detected pulse, stretched by the factor w.
 
 namespace splid::likelihood {

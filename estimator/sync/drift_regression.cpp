@@ -36,12 +36,13 @@ Parabola parabola(const Sums& s) {
 }  // namespace
 
 Line Line::at_origin() const {
-  return {phase_ps - std::round(phase_ps / period_ps) * period_ps, period_ps, bend_per_ps};
+  return {phase_ps - std::round(phase_ps / period_ps) * period_ps, period_ps, curvature_per_ps};
 }
 
 Line Line::later(double a_ps, double b, double c_per_ps) const {
   const double stretch = 1 / (1 - b);
-  return {(phase_ps + a_ps) * stretch, period_ps * stretch, (bend_per_ps + c_per_ps) * stretch};
+  return {(phase_ps + a_ps) * stretch, period_ps * stretch,
+          (curvature_per_ps + c_per_ps) * stretch};
 }
 
 // [P] Eq. 19, the measured pattern period, as the slope of a regression through all syncs.
@@ -49,7 +50,7 @@ Line regressed(const Line& line, const Sums& sums) {
   const double sxx = sums.sxx();
   const double slope = sxx > 0 ? (sums.kr - sums.k * sums.r / sums.n) / sxx : 0;
   const double offset = (sums.r - slope * sums.k) / sums.n;
-  return {line.phase_ps + offset, line.period_ps + slope, line.bend_per_ps};
+  return {line.phase_ps + offset, line.period_ps + slope, line.curvature_per_ps};
 }
 
 void fill_period(SyncFit& fit, DriftMethod method, double calibrated_ps, const Accepted& accepted) {
@@ -88,8 +89,8 @@ void fill_period(SyncFit& fit, DriftMethod method, double calibrated_ps, const A
   fit.jitter_ps = std::sqrt(s.squares(offset, slope) / s.n);
 }
 
-void fill_bend(SyncFit& fit, double half_length_ps, double calibrated_ps,
-               const Accepted& accepted) {
+void fill_curvature(SyncFit& fit, double half_length_ps, double calibrated_ps,
+                    const Accepted& accepted) {
   constexpr double least_syncs = 16;
   constexpr double least_deviations = 4;
   const Sums& s = accepted.sums;
@@ -98,16 +99,18 @@ void fill_bend(SyncFit& fit, double half_length_ps, double calibrated_ps,
   const Parabola p = parabola(s);
   const double c_per_ps = p.c / (line.period_ps * line.period_ps);
   const double std_per_ps = p.std_c / (line.period_ps * line.period_ps);
-  const bool bends = std::abs(line.bend_per_ps + c_per_ps) >= least_deviations * std_per_ps;
-  if (!bends && line.bend_per_ps == 0) return;
+  const bool curves = std::abs(line.curvature_per_ps + c_per_ps) >= least_deviations * std_per_ps;
+  if (!curves && line.curvature_per_ps == 0) return;
   // At a time of x ps, k is (x - phase) / period.
   const double k0 = -line.phase_ps / line.period_ps;
-  const Line bent =
+  const Line curved =
       line.later(p.a + k0 * (p.b + k0 * p.c), (p.b + 2 * k0 * p.c) / line.period_ps, c_per_ps);
   const double mean_k = s.k / s.n - k0;
-  fit.bend_ps = bent.bend_per_ps * half_length_ps * half_length_ps;
-  fit.bend_zero = (s.sxx() / s.n + mean_k * mean_k) * std::pow(line.period_ps / half_length_ps, 2);
-  const Line mean = Line{bent.phase_ps + fit.bend_ps * fit.bend_zero, bent.period_ps}.at_origin();
+  fit.curvature_ps = curved.curvature_per_ps * half_length_ps * half_length_ps;
+  fit.curvature_zero =
+      (s.sxx() / s.n + mean_k * mean_k) * std::pow(line.period_ps / half_length_ps, 2);
+  const Line mean =
+      Line{curved.phase_ps + fit.curvature_ps * fit.curvature_zero, curved.period_ps}.at_origin();
   fit.phase_ps = mean.phase_ps;
   fit.period_ps = mean.period_ps;
   fit.drift_ppm = (mean.period_ps / calibrated_ps - 1) * 1e6;

@@ -14,13 +14,16 @@ inline constexpr double outlier_sigmas = 5;
 inline constexpr double least_sigma_ps = 2;  // taggers round to 1 to 4 ps
 
 // Pattern starts are at the times x_ps where straight_ps(x_ps) is phase_ps + k * period_ps, for
-// every whole k. Where the clock's rate is steady, bend_per_ps is 0 and straight_ps(x_ps) is x_ps.
+// every whole k. Where the clock's rate is steady, curvature_per_ps is 0 and straight_ps(x_ps) is
+// x_ps.
 struct Line {
   double phase_ps = 0;
   double period_ps = 0;
-  double bend_per_ps = 0;  // 1 ppm/s is 5e-19 / ps
+  double curvature_per_ps = 0;  // 1 ppm/s is 5e-19 / ps
 
-  [[nodiscard]] double straight_ps(double x_ps) const { return x_ps - bend_per_ps * (x_ps * x_ps); }
+  [[nodiscard]] double straight_ps(double x_ps) const {
+    return x_ps - curvature_per_ps * (x_ps * x_ps);
+  }
   // The same line, with the pattern start nearest to the origin as number 0.
   [[nodiscard]] Line at_origin() const;
   // The line of syncs that are a_ps + b x + c_per_ps x^2 later than this one, at times of x ps.
@@ -83,6 +86,7 @@ void fill_period(SyncFit& fit, DriftMethod method, double calibrated_ps, const A
 // standard deviations; phase, period and jitter are then those of the parabola. Slow syncs lie
 // unevenly about mid-frame, and their line takes a part of the quadratic term for drift: 6 cm/s of
 // 49 syncs in 50 ms at 1.5 ppm/s. half_length_ps: half of the frame's length.
-void fill_bend(SyncFit& fit, double half_length_ps, double calibrated_ps, const Accepted& accepted);
+void fill_curvature(SyncFit& fit, double half_length_ps, double calibrated_ps,
+                    const Accepted& accepted);
 
 }  // namespace splid::sync

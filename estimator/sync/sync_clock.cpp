@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "estimator/sync/drift_regression.hpp"
-#include "estimator/sync/sync_bend.hpp"
+#include "estimator/sync/sync_curvature.hpp"
 #include "estimator/sync/sync_lock.hpp"
 
 namespace splid {
@@ -70,9 +70,9 @@ SyncFit SyncClock::fit(std::span<const std::int64_t> syncs_ps, std::int64_t begi
 
   const std::span<const double> syncs(position_.data(), taken);
   const double max_drift = max_drift_ppm_ * 1e-6;
-  const bool may_bend = method_ == DriftMethod::regression;
-  auto found = sync::lock(syncs, period_ps_, drift_between_fits, may_bend, residual_);
-  if (!found) found = sync::lock(syncs, calibrated_period_ps_, max_drift, may_bend, residual_);
+  const bool may_curve = method_ == DriftMethod::regression;
+  auto found = sync::lock(syncs, period_ps_, drift_between_fits, may_curve, residual_);
+  if (!found) found = sync::lock(syncs, calibrated_period_ps_, max_drift, may_curve, residual_);
   if (!found) return fit;
   const Accepted& accepted = found->accepted;
   const double period_ps = sync::regressed(accepted.line, accepted.sums).period_ps;
@@ -85,8 +85,8 @@ SyncFit SyncClock::fit(std::span<const std::int64_t> syncs_ps, std::int64_t begi
   const double wander_ps = sync::wander_ps(syncs, accepted.line);
   if (wander_ps > 0) {
     widen_by(wander_ps, length_ps, fit);
-  } else if (may_bend) {
-    sync::fill_bend(fit, length_ps / 2, calibrated_period_ps_, accepted);
+  } else if (may_curve) {
+    sync::fill_curvature(fit, length_ps / 2, calibrated_period_ps_, accepted);
   }
   const double scale = static_cast<double>(syncs_ps.size()) / static_cast<double>(taken);
   fit.missing =

@@ -12,7 +12,7 @@
 //   sync_fit.hpp           the result for one frame
 //   drift_regression.hpp   the period that a line through the syncs has: [P] Eq. 19
 //   sync_lock.hpp          which of the tags are syncs of one line, and about where that line is
-//   sync_bend.hpp          whether they bend away from a line, as where the clock's rate changes
+//   sync_curvature.hpp     whether they depart from a line, as where the clock's rate changes
 //   recording_period.hpp   one period for a whole recording, from the fits of its frames
 //   sync_survey.hpp        that period where nobody says what it should be
 // The period is applied to the photons' times ([P] Eq. 20) in estimator/fold/folded_frame.cpp.

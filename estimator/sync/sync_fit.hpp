@@ -15,8 +15,8 @@ enum class DriftMethod {
 
 // The pattern's clock in one frame, as the tagger sees it. Period k of the pattern starts at
 //   origin_ps + phase_ps + k * period_ps
-// and, where the clock's rate changes within the frame, bend_ps * (x^2 - bend_zero) later than
-// that, with x from -1 at the frame's begin to 1 at its end.
+// and, where the clock's rate changes within the frame, curvature_ps * (x^2 - curvature_zero) later
+// than that, with x from -1 at the frame's begin to 1 at its end.
 struct SyncFit {
   // False: less than 3 syncs, or no line that most of them agree on. Only `count` holds then.
   bool locked = false;
@@ -25,11 +25,11 @@ struct SyncFit {
   double period_ps = 0;        // in the tagger's clock: [P] Eq. 19
   double std_phase_ps = 0;     // one standard deviation of phase_ps, at origin_ps
   double std_period_ps = 0;    // one standard deviation of period_ps
-  double bend_ps = 0;  // 0 unless it is 4 of its standard deviations; 1 ppm/s makes 312 ps in 50 ms
-  double bend_zero = 0;   // the mean of x^2 over the syncs: 1/3 where these are all over the frame
-  double drift_ppm = 0;   // (period_ps / calibrated period - 1) * 1e6
-  double jitter_ps = 0;   // rms distance of the accepted syncs from the line
-  std::size_t count = 0;  // sync tags given
+  double curvature_ps = 0;     // 0 up to 4 of its deviations; 1 ppm/s makes 312 ps in 50 ms
+  double curvature_zero = 0;   // mean of x^2 over the syncs: 1/3 where they are all over the frame
+  double drift_ppm = 0;        // (period_ps / calibrated period - 1) * 1e6
+  double jitter_ps = 0;        // rms distance of the accepted syncs from the line
+  std::size_t count = 0;       // sync tags given
   std::size_t missing = 0;   // periods that start in the frame and have no accepted sync; those so
                              // near its ends that jitter may put the sync outside do not count
   std::size_t spurious = 0;  // sync tags that were not accepted: outliers and doubles

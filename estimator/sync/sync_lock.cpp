@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/sync/sync_bend.hpp"
+#include "estimator/sync/sync_curvature.hpp"
 
 namespace splid::sync {
 namespace {
 
-constexpr double min_agreeing = 0.6;    // of the syncs, doubles aside
-constexpr std::size_t first_walk = 64;  // syncs that are followed one by one
-constexpr std::size_t growth = 8;       // each later step takes so many times more syncs
-constexpr std::size_t bent_growth = 4;  // the same along a bent clock, see bent_line()
+constexpr double min_agreeing = 0.6;      // of the syncs, doubles aside
+constexpr std::size_t first_walk = 64;    // syncs that are followed one by one
+constexpr std::size_t growth = 8;         // each later step takes so many times more syncs
+constexpr std::size_t curved_growth = 4;  // the same along a curved clock, see curved_line()
 constexpr std::size_t early_seeds = 8;
 
 constexpr std::size_t mad_sample = 1024;  // the median's standard error is then 4 %
@@ -84,8 +84,8 @@ class Walk {
 
 // Collects the syncs on a line as points. Of several syncs in one period the nearest stays, and the
 // others count as doubles. Growing lines are straight and need no sums of a parabola: with these,
-// and with the bend, their passes would take a quarter longer.
-template <bool may_bend>
+// and with the curvature, their passes would take a quarter longer.
+template <bool may_curve>
 class Gatherer {
  public:
   Gatherer(const Line& line, const Gate& gate, std::vector<double>& residuals)
@@ -96,7 +96,7 @@ class Gatherer {
         residuals_(residuals.data()) {}
 
   void take(double x_ps) {
-    const double straight_ps = may_bend ? line_.straight_ps(x_ps) : x_ps;
+    const double straight_ps = may_curve ? line_.straight_ps(x_ps) : x_ps;
     const double from_phase_ps = straight_ps - line_.phase_ps;
     const double k = round_quickly(from_phase_ps * per_ps_);
     const double residual_ps = from_phase_ps - k * line_.period_ps;
@@ -127,7 +127,7 @@ class Gatherer {
     if (count_ == 0) first_ = pending_;
     residuals_[count_++] = pending_.residual_ps;
     sums_.add(pending_);
-    if constexpr (may_bend) sums_.add_for_parabola(pending_);
+    if constexpr (may_curve) sums_.add_for_parabola(pending_);
   }
 
   // From the median absolute residual about the mean, of an evenly thinned sample.
@@ -155,10 +155,10 @@ class Gatherer {
   std::size_t near_ = 0;
 };
 
-template <bool may_bend>
+template <bool may_curve>
 Lock gather(std::span<const double> syncs, const Line& line, const Gate& gate,
             std::vector<double>& scratch) {
-  Gatherer<may_bend> gatherer(line, gate, scratch);
+  Gatherer<may_curve> gatherer(line, gate, scratch);
   for (const double x_ps : syncs) gatherer.take(x_ps);
   return gatherer.finish();
 }
@@ -215,33 +215,33 @@ std::optional<Lock> follow(std::span<const double> syncs, std::size_t seed, Line
                            std::vector<double>& scratch) {
   std::size_t count = std::min(first_walk, syncs.size() - seed);
   while (count < syncs.size() - seed) {
-    const auto bent = bent_line(syncs.subspan(seed, count), line);
-    if (!bent) return std::nullopt;
-    line = *bent;
-    count = std::min(count * bent_growth, syncs.size() - seed);
+    const auto curved = curved_line(syncs.subspan(seed, count), line);
+    if (!curved) return std::nullopt;
+    line = *curved;
+    count = std::min(count * curved_growth, syncs.size() - seed);
   }
-  const auto bent = bent_line(syncs, line);
-  if (!bent) return std::nullopt;
-  const auto medians = block_medians(syncs, *bent);
+  const auto curved = curved_line(syncs, line);
+  if (!curved) return std::nullopt;
+  const auto medians = block_medians(syncs, *curved);
   if (!medians) return std::nullopt;
   const double wander_ps = medians->farthest_ps();
-  return settle(syncs, *bent, {outlier_sigmas * medians->sigma_ps + wander_ps, 0, 0}, wander_ps,
+  return settle(syncs, *curved, {outlier_sigmas * medians->sigma_ps + wander_ps, 0, 0}, wander_ps,
                 scratch);
 }
 
 std::optional<Lock> lock_from(std::span<const double> syncs, std::size_t seed, double period_ps,
-                              double drift, bool may_bend, std::vector<double>& scratch) {
+                              double drift, bool may_curve, std::vector<double>& scratch) {
   Walk walk(syncs[seed], period_ps, drift);
   const std::size_t end = std::min(syncs.size(), seed + first_walk);
   for (std::size_t i = seed + 1; i < end; ++i) walk.take(syncs[i]);
   if (!walk.agrees()) return std::nullopt;
   const auto straight = grow(syncs, seed, walk.line(), scratch);
-  if (!may_bend || (straight && is_straight(syncs, straight->accepted.line))) return straight;
-  const auto bent = follow(syncs, seed, walk.line(), scratch);
-  // The wide gate of a straight line about a bent clock holds some strays beside the syncs.
+  if (!may_curve || (straight && is_straight(syncs, straight->accepted.line))) return straight;
+  const auto curved = follow(syncs, seed, walk.line(), scratch);
+  // The wide gate of a straight line about a curved clock holds some strays beside the syncs.
   const bool holds_them =
-      bent && (!straight || bent->accepted.sums.n >= nearly_all * straight->accepted.sums.n);
-  return holds_them ? bent : straight;
+      curved && (!straight || curved->accepted.sums.n >= nearly_all * straight->accepted.sums.n);
+  return holds_them ? curved : straight;
 }
 
 }  // namespace
@@ -249,19 +249,19 @@ std::optional<Lock> lock_from(std::span<const double> syncs, std::size_t seed, d
 // Tries several seeds near the beginning, as the first sync may be a stray, and two further on.
 // Doubles are seeds only where no other seed leads anywhere.
 std::optional<Lock> lock(std::span<const double> syncs, double period_ps, double drift,
-                         bool may_bend, std::vector<double>& scratch) {
+                         bool may_curve, std::vector<double>& scratch) {
   const std::size_t early = std::min(early_seeds, syncs.size() - least_syncs + 1);
   for (const bool doubles : {false, true}) {
     for (std::size_t i = 1; i <= early; ++i) {
       const std::size_t seed = i % early;
       if (is_double(syncs, seed, period_ps) != doubles) continue;
-      if (const auto found = lock_from(syncs, seed, period_ps, drift, may_bend, scratch))
+      if (const auto found = lock_from(syncs, seed, period_ps, drift, may_curve, scratch))
         return found;
     }
   }
   for (const std::size_t seed : {syncs.size() / 4, syncs.size() / 2}) {
     if (seed < early) continue;
-    if (const auto found = lock_from(syncs, seed, period_ps, drift, may_bend, scratch))
+    if (const auto found = lock_from(syncs, seed, period_ps, drift, may_curve, scratch))
       return found;
   }
   return std::nullopt;

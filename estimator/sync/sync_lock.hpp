@@ -21,12 +21,12 @@ struct Lock {
 };
 
 // The line through the syncs whose period is within the ratio `drift` of period_ps, or nothing
-// where less than 60 % of the syncs lie on such a line. If may_bend, and the clock's rate changes
+// where less than 60 % of the syncs lie on such a line. If may_curve, and the clock's rate changes
 // significantly within the frame, the line has a quadratic term.
 //
 // syncs: at least least_syncs times in ps from the fit's origin, nearly sorted. scratch: room for
 // as many values as there are syncs.
 std::optional<Lock> lock(std::span<const double> syncs, double period_ps, double drift,
-                         bool may_bend, std::vector<double>& scratch);
+                         bool may_curve, std::vector<double>& scratch);
 
 }  // namespace splid::sync

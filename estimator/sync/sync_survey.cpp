@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "estimator/sync/sync_bend.hpp"
+#include "estimator/sync/sync_curvature.hpp"
 #include "protocol/saturated.hpp"
 
 namespace splid {

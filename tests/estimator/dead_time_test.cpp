@@ -140,8 +140,8 @@ TEST(DeadTime, WithoutTheCountsOfEachInputTheSplitIsTakenAsEven) {
   expect_same_bits(single.estimate(of_one.view()), alone);
 }
 
-// The path bends by 13 pulse widths.
-TEST(DeadTime, ADeadTimeIsModelledOnPathsThatBend) {
+// The path curves by 13 pulse widths.
+TEST(DeadTime, ADeadTimeIsModelledOnCurvedPaths) {
   test::FrameMaker made = bright_scene();
   made.acceleration_mps2 = 4e5;
   for (const Motion motion : {Motion::accelerating, Motion::automatic}) {

@@ -57,14 +57,14 @@ TEST(FrameValues, DelaysAreInTheClockThatIsRight) {
   EXPECT_NEAR(estimate.delay_ns, 1000.01, 1e-9);
 }
 
-// Over a frame a path that bends is at its ends a quarter of the bend from where a straight path
-// through its middle is.
-TEST(FrameValues, ABendMovesTheDelayAtTheStart) {
+// Over a frame a path that curves is at its ends a quarter of the curvature from where a straight
+// path through its middle is.
+TEST(FrameValues, CurvatureMovesTheDelayAtTheStart) {
   const FrameUnits units{length_ns, circle_ns, 1};
-  const Estimate bent = values_of(fit_at(1000, 0), units, {}, 0.8 / 6);
-  EXPECT_NEAR(bent.delay_ns, 1000, 1e-9);
-  EXPECT_NEAR(bent.delay_start_ns, 1000.2, 1e-9);
-  EXPECT_NEAR(bent.acceleration_mps2, acceleration_of(0.8 / 6, length_ns), 1e-9);
+  const Estimate curved = values_of(fit_at(1000, 0), units, {}, 0.8 / 6);
+  EXPECT_NEAR(curved.delay_ns, 1000, 1e-9);
+  EXPECT_NEAR(curved.delay_start_ns, 1000.2, 1e-9);
+  EXPECT_NEAR(curved.acceleration_mps2, acceleration_of(0.8 / 6, length_ns), 1e-9);
 }
 
 // Shifts add in quadrature; a larger deviation that the photons show takes the fit's place.

@@ -39,7 +39,7 @@ inline Setting make_setting(const Pattern& pattern, const Choice& choice) {
   SceneOptions scene;
   scene.motion = choice.motion;
   scene.targets = choice.targets;
-  scene.max_acceleration_mps2 = 2e8;  // bends these short frames by 7 ns, so that all looks happen
+  scene.max_acceleration_mps2 = 2e8;  // curves these short frames by 7 ns, so that all looks happen
   EstimatorOptions options;
   options.method = choice.method;
   options.effort = Effort::fast;

@@ -129,11 +129,11 @@ TEST(FrameFold, TheStackFitsInEveryModeClockAndMotion) {
   test::FrameMaker drifting = moving_target();
   drifting.drift_ppm = 200;
   expect_fits(*PicturedScene(drifting, {}, ClockReference::pattern).pictures.stack);
-  test::FrameMaker bent = moving_target();
-  bent.acceleration_mps2 = 60;
+  test::FrameMaker curved = moving_target();
+  curved.acceleration_mps2 = 60;
   SceneOptions options;
   options.motion = Motion::accelerating;
-  const PicturedScene scene(bent, options);
+  const PicturedScene scene(curved, options);
   ASSERT_GT(scene.estimate.std_acceleration_mps2, 0);
   expect_fits(*scene.pictures.stack);
 }

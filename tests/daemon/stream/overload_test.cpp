@@ -12,8 +12,8 @@
 #include "tests/support/watched_daemon.hpp"
 
 // The built program with more to do than its processor can: a live scene without a target, whose
-// search takes the longer the more a path may bend. How much is chosen by the time that frames take
-// here, and taken back by a reload.
+// search takes the longer the more a path may curve. How much is chosen by the time that frames
+// take here, and taken back by a reload.
 
 #ifndef SPLID_SANITIZED  // every frame takes too long there
 
@@ -26,7 +26,7 @@ constexpr double usual_mps = 150;
 
 class Overload : public ::testing::Test {
  protected:
-  // max_acceleration_mps2: of a path that may bend; 0: it may not.
+  // max_acceleration_mps2: of a path that may curve; 0: it may not.
   std::string config(const char* effort, double max_speed_mps,
                      double max_acceleration_mps2 = 0) const {
     return folder.write(
@@ -75,8 +75,8 @@ TEST_F(Overload, EffortIsLoweredBeforeAFrameIsDroppedAndComesBack) {
   const auto is_lowered = [](const FrameMessage& frame) {
     return frame.effort.value_or("balanced") != "balanced";
   };
-  // Bends cost more than any speed: a frame of 50 ms takes 17 ms of a fast core with 100 m/s^2, and
-  // 400 ms with 10,000.
+  // Curvature costs more than any speed: a frame of 50 ms takes 17 ms of a fast core with 100
+  // m/s^2, and 400 ms with 10,000.
   bool lowered = false;
   for (double mps2 = 100; !lowered && mps2 < 9e4; mps2 *= 2) {
     begin = WatchedDaemon::Clock::now();

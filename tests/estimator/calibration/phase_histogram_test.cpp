@@ -43,15 +43,15 @@ TEST(PhaseHistogram, FoldsOnTheMeasuredPeriod) {
   EXPECT_NEAR(moment / static_cast<double>(fold.photons()), 6 / 0.299792458 * 1e3, 9);
 }
 
-// A rate that changes within the frame moves its ends by the bend; a photon there is at phase 0 of
-// the bent clock.
-TEST(PhaseHistogram, FollowsABendingClock) {
+// A rate that changes within the frame moves its ends by the curvature; a photon there is at phase
+// 0 of the curved clock.
+TEST(PhaseHistogram, FollowsACurvedClock) {
   FrameView view{0, 2'000'000'000, {}, {}, {}};
   view.sync.locked = true;
   view.sync.origin_ps = 1'000'000'000;
   view.sync.period_ps = 100000;
-  view.sync.bend_ps = 3000;
-  view.sync.bend_zero = 1.0 / 3;
+  view.sync.curvature_ps = 3000;
+  view.sync.curvature_zero = 1.0 / 3;
   const FramePhase phase(view);
   EXPECT_NEAR(phase.turn_of(2'000'002'000 + 25'000), 0.25, 1e-5);
   EXPECT_NEAR(phase.turn_of(2'000 + 25'000), 0.25, 1e-5);

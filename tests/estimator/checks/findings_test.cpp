@@ -87,7 +87,7 @@ TEST(Findings, SayWhatTheSceneHasBeyondTheModel) {
       {"tail", FindingName::pulse_tail, 0.3, 0.03, light([](Photon& p, Random& r) {
          if (drawn(r) < 0.3) p.offset_ns += -0.2 * std::log(drawn(r));
        })},
-      {"path bends", FindingName::acceleration, acceleration, 0.05 * acceleration,
+      {"path curves", FindingName::acceleration, acceleration, 0.05 * acceleration,
        light([](Photon& p, Random&) { p.offset_ns += 0.1 * (3 * p.u() * p.u() - 1) / 2; })},
       {"path turns", FindingName::jerk, jerk, 0.05 * jerk,
        light([](Photon& p, Random&) { p.offset_ns += 0.1 * (5 * p.u() * p.u() - 3) * p.u() / 2; })},

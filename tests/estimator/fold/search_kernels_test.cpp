@@ -146,7 +146,7 @@ TEST(SearchKernels, ADelayCellIsThatOfTheExactPhase) {
 TEST(SearchKernels, PhotonsAreFoldedAsLongDoublesSay) {
   for (const double half_ps : {5e8, 2.5e10, 3e13}) {
     SearchKernels::Fold by = {1'000'000'000'000'007, 0.999e-3, 1 / 3780000.0, 0.25, 0, 3780};
-    by.bend = 0.3 / (half_ps * half_ps);
+    by.curvature = 0.3 / (half_ps * half_ps);
     std::vector<std::int64_t> photons;
     for (const std::int64_t turn : {-200, -1, 0, 1, 77}) {
       for (const std::int64_t beside : {-1, 0, 1}) {
@@ -171,7 +171,7 @@ TEST(SearchKernels, PhotonsAreFoldedAsLongDoublesSay) {
     const double rounding = 4e-16 * half_ps * by.turns_per_ps + 1e-15;  // of a turn
     for (std::size_t i = 0; i < photons.size(); ++i) {
       const auto x = static_cast<long double>(photons[i] - by.zero_ps);
-      const long double turns = x * by.turns_per_ps - by.turns_at_zero - by.bend * x * x;
+      const long double turns = x * by.turns_per_ps - by.turns_at_zero - by.curvature * x * x;
       const auto off = static_cast<double>(std::remainder(phases[i] / 3780.0L - turns, 1.0L));
       ASSERT_EQ(times[i], static_cast<double>(x) * by.ns_per_ps);
       ASSERT_LT(std::abs(off), rounding) << photons[i];

@@ -68,19 +68,20 @@ TEST(Bound, OfTheExperimentIsAsPublished) {
   EXPECT_NEAR(cm_per_s, 4.3, 0.1);
 }
 
-// Of light that is even over the frame the bend has 180 times the variance of the mean delay, and
-// the delay at mid-frame is a twelfth of it below the mean: 1 + 180 / 144 = 9 / 4 of the variance.
+// Of light that is even over the frame the curvature has 180 times the variance of the mean delay,
+// and the delay at mid-frame is a twelfth of it below the mean: 1 + 180 / 144 = 9 / 4 of the
+// variance.
 TEST(Bound, AnUnknownAccelerationWidensTheDelayByAHalf) {
   const Pattern pattern = test::interleaved_pattern({180000, 189000}, 3780000);
   const auto shape = make_gaussian(0.1);
   BoundScene scene = {50e6, 50e6, 1898, 30, 13.5e-4, 1.75e-4};
   const Bound straight = cramer_rao_bound(pattern, *shape, scene);
   scene.accelerating = true;
-  const Bound bent = cramer_rao_bound(pattern, *shape, scene);
+  const Bound curved = cramer_rao_bound(pattern, *shape, scene);
   EXPECT_EQ(straight.acceleration_mps2, 0);
-  EXPECT_NEAR(bent.delay_ns / straight.delay_ns, 1.5, 1e-6);
-  EXPECT_NEAR(bent.velocity_mps / straight.velocity_mps, 1, 1e-9);
-  EXPECT_NEAR(bent.acceleration_mps2,
+  EXPECT_NEAR(curved.delay_ns / straight.delay_ns, 1.5, 1e-6);
+  EXPECT_NEAR(curved.velocity_mps / straight.velocity_mps, 1, 1e-9);
+  EXPECT_NEAR(curved.acceleration_mps2,
               std::sqrt(180.0) * straight.delay_ns * 299792458.0 * 1e9 / (50e6 * 50e6), 1e-4);
 }
 

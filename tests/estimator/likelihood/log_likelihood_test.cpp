@@ -253,8 +253,9 @@ TEST(LogLikelihood, IsTheDefinitionInEveryCombination) {
       likelihood.evaluate(down, free, below);
       for (Eigen::Index m = 0; m < units.size(); ++m) {
         if (!free[static_cast<std::size_t>(m)]) continue;
-        const double bend = (above.gradient[m] - below.gradient[m]) / (2 * step);
-        EXPECT_NEAR(point.hessian(n, m) * units[n] * units[m], bend * units[n] * units[m], close)
+        const double curvature = (above.gradient[m] - below.gradient[m]) / (2 * step);
+        EXPECT_NEAR(point.hessian(n, m) * units[n] * units[m], curvature * units[n] * units[m],
+                    close)
             << "parameters " << i << ", " << m;
         EXPECT_EQ(point.hessian(n, m), point.hessian(m, n));
       }

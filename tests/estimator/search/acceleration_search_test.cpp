@@ -17,7 +17,7 @@
 namespace splid {
 namespace {
 
-constexpr double bend_c_m_per_ns = 0.299792458;
+constexpr double curvature_c_m_per_ns = 0.299792458;
 
 test::FrameMaker accelerating_scene(double length_ms, double acceleration_mps2) {
   test::FrameMaker made;
@@ -33,13 +33,13 @@ FrameEstimator estimator_for(const test::FrameMaker& made, Motion motion,
   return {made.pattern, {}, {.motion = motion}, options, made.length_ms, 400'000};
 }
 
-double bend_delay_error(const Estimate& estimate, const test::FrameMaker& made) {
+double curvature_delay_error(const Estimate& estimate, const test::FrameMaker& made) {
   const double circle_ns = made.pattern.unambiguous_delay_ps * 1e-3;
-  return std::remainder(estimate.delay_ns - 2 * made.distance_m / bend_c_m_per_ns, circle_ns);
+  return std::remainder(estimate.delay_ns - 2 * made.distance_m / curvature_c_m_per_ns, circle_ns);
 }
 
-// Light from a target at 100 m/s^2, timed to 1 ps: without its bend of 13 ns every photon lies on
-// the line that the acceleration, the velocity and the distance make.
+// Light from a target at 100 m/s^2, timed to 1 ps: without its curvature of 13 ns every photon lies
+// on the line that the acceleration, the velocity and the distance make.
 TEST(AccelerationSearch, AStraightenedFrameHasTheTargetOnALine) {
   const std::vector<Pattern> patterns = {test::interleaved_pattern({180000, 189000}, 3780000),
                                          test::mrr_pattern({180000, 189000}, 3780000, 1e9)};
@@ -51,15 +51,16 @@ TEST(AccelerationSearch, AStraightenedFrameHasTheTargetOnALine) {
     made.background_per_ns = 0;
     const auto frame = made.make(3);
     const PulseTrain train(made.pattern);
-    FoldedFrame bent(train, frame.photons_ps.size(), 50);
+    FoldedFrame curved(train, frame.photons_ps.size(), 50);
     FoldedFrame straight(train, frame.photons_ps.size());
-    bent.fold(frame.view(), train);
-    const double bend_ns = 100 / 299792458.0 * bent.length_ns * bent.length_ns * 1e-9;
-    EXPECT_NEAR(bend_ns, 13.34, 0.01);
-    straight.straighten(bent, bend_ns / 6, train);
+    curved.fold(frame.view(), train);
+    const double curvature_ns = 100 / 299792458.0 * curved.length_ns * curved.length_ns * 1e-9;
+    EXPECT_NEAR(curvature_ns, 13.34, 0.01);
+    straight.straighten(curved, curvature_ns / 6, train);
     const double beta = made.velocity_mps / 299792458.0;
-    const DelayTrack line = {2 * made.distance_m / bend_c_m_per_ns / (1 + beta) + bend_ns / 12,
-                             2 * beta / (1 + beta) * straight.length_ns};
+    const DelayTrack line = {
+        2 * made.distance_m / curvature_c_m_per_ns / (1 + beta) + curvature_ns / 12,
+        2 * beta / (1 + beta) * straight.length_ns};
     NearSet near(frame.photons_ps.size(), 2 * frame.photons_ps.size());
     near.collect(straight, comb_windows(train, -0.02, 0.02), train, line);
     // All but those in the few periods after a change of rate, when the last rate's light arrives.
@@ -71,11 +72,11 @@ TEST(AccelerationSearch, AStraightenedFrameHasTheTargetOnALine) {
   }
 }
 
-struct BendSums {
+struct CurvatureSums {
   double delay = 0, velocity = 0, acceleration = 0, delay_std = 0, acceleration_std = 0;
 };
 
-// The rms of 100 normal errors over their deviation is 1 within 0.21 (3 sigma). The paths bend by
+// The rms of 100 normal errors over their deviation is 1 within 0.21 (3 sigma). The paths curve by
 // eight pulse widths, towards and away.
 TEST(AccelerationSearch, ErrorsAreWhatTheDeviationsSay) {
   const std::vector<Pattern> patterns = {test::interleaved_pattern({180000, 189000}, 3780000),
@@ -87,14 +88,14 @@ TEST(AccelerationSearch, ErrorsAreWhatTheDeviationsSay) {
     made.pattern = pattern;
     if (pattern.mode == Mode::mrr) made.signal_per_pulse *= 2;
     FrameEstimator estimator = estimator_for(made, Motion::accelerating);
-    BendSums sums;
+    CurvatureSums sums;
     for (int n = 0; n < frames; ++n) {
       made.acceleration_mps2 = -100 + 2 * n;
       made.velocity_mps = 140 - 2.8 * n;
       made.distance_m = 284.5 + 0.0137 * n;
       const Estimate e = estimator.estimate(made.make(static_cast<std::uint64_t>(n)).view());
       ASSERT_EQ(e.status, FrameStatus::ok) << n;
-      sums.delay += std::pow(bend_delay_error(e, made) / e.std_delay_ns, 2) / frames;
+      sums.delay += std::pow(curvature_delay_error(e, made) / e.std_delay_ns, 2) / frames;
       sums.velocity +=
           std::pow((e.velocity_mps - made.velocity_mps) / e.std_velocity_mps, 2) / frames;
       sums.acceleration +=
@@ -108,16 +109,16 @@ TEST(AccelerationSearch, ErrorsAreWhatTheDeviationsSay) {
     EXPECT_NEAR(std::sqrt(sums.acceleration), 1, 0.25);
     const Bound bound =
         cramer_rao_bound(made.pattern, *make_gaussian(made.sigma_ns),
-                         {50e6, 50e6, 2 * made.distance_m / bend_c_m_per_ns, 0,
+                         {50e6, 50e6, 2 * made.distance_m / curvature_c_m_per_ns, 0,
                           made.signal_per_pulse, made.background_per_ns, true, true});
     EXPECT_NEAR(sums.delay_std / bound.delay_ns, 1, 0.05);
     EXPECT_NEAR(sums.acceleration_std / bound.acceleration_mps2, 1, 0.05);
   }
 }
 
-// 13 ns of bend are 130 pulse widths, and 1 s at 100 m/s^2 bends by 333 ns. The
+// 13 ns of curvature are 130 pulse widths, and 1 s at 100 m/s^2 curves by 333 ns. The
 // light is that of a frame of 50 ms at a sixth of [P]'s, as far above its background's deviation.
-TEST(AccelerationSearch, NothingIsLostWhereThePathBendsByMoreThanAPulse) {
+TEST(AccelerationSearch, NothingIsLostWhereThePathCurvesByMoreThanAPulse) {
   for (const double length_ms : {200.0, 1000.0}) {
     for (const double acceleration_mps2 : {100.0, -73.0}) {
       test::FrameMaker made = accelerating_scene(length_ms, acceleration_mps2);
@@ -127,7 +128,7 @@ TEST(AccelerationSearch, NothingIsLostWhereThePathBendsByMoreThanAPulse) {
       for (std::uint64_t seed = 0; seed < frames; ++seed) {
         const Estimate e = estimator.estimate(made.make(seed).view());
         ASSERT_TRUE(e.has_values) << length_ms << " " << acceleration_mps2;
-        EXPECT_LT(std::abs(bend_delay_error(e, made)), 5 * e.std_delay_ns);
+        EXPECT_LT(std::abs(curvature_delay_error(e, made)), 5 * e.std_delay_ns);
         EXPECT_LT(std::abs(e.velocity_mps - made.velocity_mps), 5 * e.std_velocity_mps);
         EXPECT_LT(std::abs(e.acceleration_mps2 - acceleration_mps2), 5 * e.std_acceleration_mps2);
       }
@@ -135,9 +136,9 @@ TEST(AccelerationSearch, NothingIsLostWhereThePathBendsByMoreThanAPulse) {
   }
 }
 
-// In the sample of this frame of 350,000 photons the best cell has the wrong bend, and a zoom into
-// it ends on a part of the path with a third of the light: 134 nats, where the path gains 900. That
-// zoom has half of the cell's light, which says that the path is elsewhere.
+// In the sample of this frame of 350,000 photons the best cell has the wrong curvature, and a zoom
+// into it ends on a part of the path with a third of the light: 134 nats, where the path gains 900.
+// That zoom has half of the cell's light, which says that the path is elsewhere.
 TEST(AccelerationSearch, DoesNotEndOnAPartOfThePath) {
   test::FrameMaker made = accelerating_scene(2000, -10);
   made.signal_per_pulse = 2.7e-4;
@@ -163,10 +164,10 @@ TEST(AccelerationSearch, TheVelocityIsThatAtMidFrameHoweverFarTheTarget) {
   ASSERT_EQ(e.status, FrameStatus::ok);
   EXPECT_LT(e.std_velocity_mps, 0.006);
   EXPECT_LT(std::abs(e.velocity_mps - made.velocity_mps), 4 * e.std_velocity_mps);
-  EXPECT_LT(std::abs(bend_delay_error(e, made)), 4 * e.std_delay_ns);
+  EXPECT_LT(std::abs(curvature_delay_error(e, made)), 4 * e.std_delay_ns);
   const double half_s = static_cast<double>(frame.end_ps - frame.start_ps) * 0.5e-12;
   const double at_start_m = made.distance_m - made.velocity_mps * half_s + 50 * half_s * half_s;
-  EXPECT_NEAR(e.delay_start_ns, std::fmod(2 * at_start_m / bend_c_m_per_ns, 7e5), 0.02);
+  EXPECT_NEAR(e.delay_start_ns, std::fmod(2 * at_start_m / curvature_c_m_per_ns, 7e5), 0.02);
 }
 
 void expect_same(const Estimate& one, const Estimate& other) {
@@ -177,23 +178,23 @@ void expect_same(const Estimate& one, const Estimate& other) {
   EXPECT_EQ(one.range_odds_nats, other.range_odds_nats);
 }
 
-TEST(AccelerationSearch, AutoTakesAPathAsStraightUnlessThePhotonsSayThatItBends) {
+TEST(AccelerationSearch, AutoTakesAPathAsStraightUnlessThePhotonsSayThatItCurves) {
   test::FrameMaker made = accelerating_scene(50, 0);
   FrameEstimator automatic = estimator_for(made, Motion::automatic);
   FrameEstimator moving = estimator_for(made, Motion::moving);
-  int bent = 0, unsure = 0;
+  int curved = 0, unsure = 0;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     const auto frame = made.make(seed);
     const Estimate e = automatic.estimate(frame.view());
-    bent += e.std_acceleration_mps2 > 0 ? 1 : 0;
+    curved += e.std_acceleration_mps2 > 0 ? 1 : 0;
     if (e.std_acceleration_mps2 > 0) continue;
-    // Where a bend is likely and not sure, the deviation of the delay holds it.
+    // Where a curvature is likely and not sure, the deviation of the delay holds it.
     Estimate straight = moving.estimate(frame.view());
     unsure += e.std_delay_ns > straight.std_delay_ns ? 1 : 0;
     straight.std_delay_ns = std::max(straight.std_delay_ns, e.std_delay_ns);
     expect_same(e, straight);
   }
-  EXPECT_LE(bent, 2);    // of 30, where three deviations make one in 370
+  EXPECT_LE(curved, 2);  // of 30, where three deviations make one in 370
   EXPECT_LE(unsure, 5);  // of 30, where two deviations make one in 22
   made = accelerating_scene(200, 60);
   FrameEstimator longer = estimator_for(made, Motion::automatic);
@@ -221,7 +222,7 @@ TEST(AccelerationSearch, FollowsATargetThatAccelerates) {
     made.distance_m = 284.5 - 30 * time_s + 50 * time_s * time_s;
     const Estimate e = estimator.estimate(made.make(static_cast<std::uint64_t>(n)).view(), &track);
     ASSERT_EQ(e.status, FrameStatus::ok) << n;
-    EXPECT_LT(std::abs(bend_delay_error(e, made)), 5 * e.std_delay_ns) << n;
+    EXPECT_LT(std::abs(curvature_delay_error(e, made)), 5 * e.std_delay_ns) << n;
     EXPECT_EQ(track.followed, n) << n;
   }
 }
@@ -249,8 +250,8 @@ TEST(AccelerationSearch, TheMethodOfThePaperKnowsNoAcceleration) {
   EXPECT_NO_THROW(estimator_for(made, Motion::automatic, {.method = Method::paper}));
 }
 
-// Bends grow with the square of the frame's length, and the looks with them.
-TEST(AccelerationSearch, RefusesBendsThatWouldTakeMinutes) {
+// Curvature grows with the square of the frame's length, and the looks with them.
+TEST(AccelerationSearch, RefusesCurvatureThatWouldTakeMinutes) {
   const test::FrameMaker made = accelerating_scene(10'000, 0);
   try {
     (void)estimator_for(made, Motion::accelerating);

@@ -84,7 +84,7 @@ TEST(CrossingTargets, HalfOfAnotherCombIsNotWhatCrosses) {
 }
 
 // Its light is spread over more than a pulse at both ends of the frame and in its middle.
-TEST(CrossingTargets, APathThatBendsIsOneTarget) {
+TEST(CrossingTargets, ACurvedPathIsOneTarget) {
   SceneOptions scene;
   scene.motion = Motion::moving;
   test::FrameMaker made = scene_of(0, 20, 40e-4);

@@ -65,7 +65,7 @@ TEST(SyncClock, SyncsThatJumpLeaveTheClockUncertain) {
     SyncClock clock(period_ps, DriftMethod::regression, max_syncs);
     const SyncFit fit = clock.fit(syncs, stream.begin_ps, stream.end_ps);
     ASSERT_TRUE(fit.locked);
-    EXPECT_EQ(fit.bend_ps, 0);
+    EXPECT_EQ(fit.curvature_ps, 0);
     EXPECT_NEAR(fit.std_phase_ps, 125, 40) << late_share;
     EXPECT_LT(std::abs(phase_error_ps(fit, stream)), 3 * fit.std_phase_ps) << late_share;
     EXPECT_LT(std::abs(fit.period_ps - stream.period_ps), 3 * fit.std_period_ps) << late_share;
@@ -354,9 +354,9 @@ TEST(SyncClock, ARateThatChangesBendsTheFit) {
     SyncClock clock(3780000, DriftMethod::regression, syncs.size());
     const SyncFit fit = clock.fit(syncs, -half_ps, half_ps);
     ASSERT_TRUE(fit.locked);
-    EXPECT_NEAR(fit.bend_ps, chirp_per_s * 312.5e6, 1.5);
+    EXPECT_NEAR(fit.curvature_ps, chirp_per_s * 312.5e6, 1.5);
     EXPECT_NEAR(fit.jitter_ps, 10, 0.5);
-    EXPECT_LE(fit.missing, 2U);  // at either end, where the bend is largest
+    EXPECT_LE(fit.missing, 2U);  // at either end, where the curvature is largest
   }
 }
 

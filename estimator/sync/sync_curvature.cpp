@@ -1,4 +1,4 @@
-#include "estimator/sync/sync_bend.hpp"
+#include "estimator/sync/sync_curvature.hpp"
 
 #include <cmath>
 
@@ -9,7 +9,7 @@ constexpr std::size_t least_in_block = 4;
 constexpr std::size_t most_in_block = 32;
 constexpr std::size_t least_blocks = BlockMedians::most / 2;
 
-constexpr double bent_deviations = 6;
+constexpr double curved_deviations = 6;
 constexpr double std_of_median = 1.2533;  // of gaussian values, over that of their mean
 
 double median(std::span<double> values) {
@@ -42,23 +42,23 @@ struct Sample {
 };
 
 // off = a + b x + c x^2, with x from the medians' mean time, over scale_ps.
-struct Bend {
+struct Curvature {
   double mean_ps = 0, scale_ps = 0;
   double a = 0, b = 0, c = 0;
   bool sure = false;
 };
 
-Bend bend_of(const BlockMedians& m) {
+Curvature curvature_of(const BlockMedians& m) {
   const auto n = static_cast<double>(m.count);
-  Bend bend;
-  for (std::size_t i = 0; i < m.count; ++i) bend.mean_ps += m.at_ps[i] / n;
+  Curvature curvature;
+  for (std::size_t i = 0; i < m.count; ++i) curvature.mean_ps += m.at_ps[i] / n;
   for (std::size_t i = 0; i < m.count; ++i) {
-    bend.scale_ps = std::max(bend.scale_ps, std::abs(m.at_ps[i] - bend.mean_ps));
+    curvature.scale_ps = std::max(curvature.scale_ps, std::abs(m.at_ps[i] - curvature.mean_ps));
   }
   // Sums of the powers of x, whose own sum is 0, and of the medians times these.
   double square = 0, cube = 0, fourth = 0, off = 0, x_off = 0, square_off = 0;
   for (std::size_t i = 0; i < m.count; ++i) {
-    const double x = (m.at_ps[i] - bend.mean_ps) / bend.scale_ps;
+    const double x = (m.at_ps[i] - curvature.mean_ps) / curvature.scale_ps;
     square += x * x;
     cube += x * x * x;
     fourth += x * x * x * x;
@@ -68,11 +68,11 @@ Bend bend_of(const BlockMedians& m) {
   }
   const double spread = fourth - square * square / n - cube * cube / square;
   const double c = (square_off - square * off / n - cube / square * x_off) / spread;
-  bend.sure = std::abs(c) * std::sqrt(spread) > bent_deviations * m.std_ps;
-  if (bend.sure) bend.c = c;
-  bend.b = (x_off - bend.c * cube) / square;
-  bend.a = (off - bend.c * square) / n;
-  return bend;
+  curvature.sure = std::abs(c) * std::sqrt(spread) > curved_deviations * m.std_ps;
+  if (curvature.sure) curvature.c = c;
+  curvature.b = (x_off - curvature.c * cube) / square;
+  curvature.a = (off - curvature.c * square) / n;
+  return curvature;
 }
 
 }  // namespace
@@ -85,7 +85,7 @@ double BlockMedians::farthest_ps() const {
   for (std::size_t i = 0; i < count; ++i) {
     farthest = std::max(farthest, std::abs(off_ps[i] - mean_ps));
   }
-  return farthest > bent_deviations * std_ps ? farthest : 0;
+  return farthest > curved_deviations * std_ps ? farthest : 0;
 }
 
 std::optional<BlockMedians> block_medians(std::span<const double> syncs, const Line& line) {
@@ -114,16 +114,17 @@ std::optional<BlockMedians> block_medians(std::span<const double> syncs, const L
   return m;
 }
 
-// Twice, as a bend that is still unknown widens the spread within the blocks.
-std::optional<Line> bent_line(std::span<const double> syncs, Line line) {
+// Twice, as a curvature that is still unknown widens the spread within the blocks.
+std::optional<Line> curved_line(std::span<const double> syncs, Line line) {
   for (int round = 0; round < 2; ++round) {
     const auto medians = block_medians(syncs, line);
     if (!medians) return std::nullopt;
-    const Bend bend = bend_of(*medians);
-    const double slope = bend.b / bend.scale_ps;
-    const double square = bend.c / (bend.scale_ps * bend.scale_ps);
-    line = line.later(bend.a - slope * bend.mean_ps + square * bend.mean_ps * bend.mean_ps,
-                      slope - 2 * square * bend.mean_ps, square)
+    const Curvature curvature = curvature_of(*medians);
+    const double slope = curvature.b / curvature.scale_ps;
+    const double square = curvature.c / (curvature.scale_ps * curvature.scale_ps);
+    line = line.later(curvature.a - slope * curvature.mean_ps +
+                          square * curvature.mean_ps * curvature.mean_ps,
+                      slope - 2 * square * curvature.mean_ps, square)
                .at_origin();
   }
   return line;
@@ -133,7 +134,7 @@ double wander_ps(std::span<const double> syncs, const Line& line) {
   const auto medians = block_medians(syncs, line);
   if (!medians) return 0;
   const BlockMedians& m = *medians;
-  const Bend parabola = bend_of(m);
+  const Curvature parabola = curvature_of(m);
   double farthest = 0, off = 0, x_off = 0, square = 0;
   for (std::size_t i = 0; i < m.count; ++i) {
     const double x = (m.at_ps[i] - parabola.mean_ps) / parabola.scale_ps;
@@ -141,7 +142,7 @@ double wander_ps(std::span<const double> syncs, const Line& line) {
     farthest = std::max(farthest, std::abs(m.off_ps[i] - at));
     off += m.off_ps[i], x_off += x * m.off_ps[i], square += x * x;
   }
-  if (farthest <= bent_deviations * m.std_ps) return 0;
+  if (farthest <= curved_deviations * m.std_ps) return 0;
   const auto n = static_cast<double>(m.count);
   double first = 0, last = 0;
   for (std::size_t i = 0; i < m.count; ++i) {
@@ -154,7 +155,7 @@ double wander_ps(std::span<const double> syncs, const Line& line) {
 
 bool is_straight(std::span<const double> syncs, const Line& line) {
   const auto medians = block_medians(syncs, line);
-  return medians && medians->farthest_ps() == 0 && !bend_of(*medians).sure;
+  return medians && medians->farthest_ps() == 0 && !curvature_of(*medians).sure;
 }
 
 }  // namespace splid::sync

@@ -8,9 +8,9 @@
 
 #include "estimator/sync/drift_regression.hpp"
 
-// Whether the syncs of a frame bend away from a line, from a sample of them: 512 syncs tell it to a
+// Whether the syncs of a frame depart from a line, from a sample of them: 512 syncs tell it to a
 // fifth of the syncs' jitter, and cost next to nothing. Outliers are rejected about a line that
-// bends as the clock does, or else those syncs that bend away the most would pass for outliers.
+// curves as the clock does, or else those syncs that depart the most would pass for outliers.
 namespace splid::sync {
 
 // Design note: while the line is still unknown, a sync may be off its place by a 16th of the
@@ -51,15 +51,15 @@ struct BlockMedians {
 // Nothing where the syncs are less than 64, or where most are far from the line.
 std::optional<BlockMedians> block_medians(std::span<const double> syncs, const Line& line);
 
-// The line through the medians, bent where they bend by more than chance: known to 0.2 sigma at the
-// ends of the sampled syncs, and over four times their length to 100 ps for 10 ps of jitter.
-std::optional<Line> bent_line(std::span<const double> syncs, Line line);
+// The line through the medians, curved where they curve by more than chance: known to 0.2 sigma at
+// the ends of the sampled syncs, and over four times their length to 100 ps for 10 ps of jitter.
+std::optional<Line> curved_line(std::span<const double> syncs, Line line);
 
 // How far apart the medians are, about a straight line, where neither a line nor a parabola
 // explains them: the syncs wander, or jump. Else 0.
 double wander_ps(std::span<const double> syncs, const Line& line);
 
-// Whether most are near the line, and no median is off it, nor the medians bent, by more than
+// Whether most are near the line, and no median is off it, nor the medians curved, by more than
 // chance.
 bool is_straight(std::span<const double> syncs, const Line& line);
 
