@@ -21,7 +21,7 @@ std::size_t index_of(const Config& config, const std::string& name) {
   const std::string names = pixels.empty() ? "there are none; leave it out"
                                            : "give a name such as " + pixels.front().name;
   throw Error(Fault::usage,
-              "--pixel " + name + ": is not the name of a pixel in " + config.file + "; " + names);
+              "--pixel " + name + ": is not a name in /pixels of " + config.file + "; " + names);
 }
 
 // The pixel itself, and with scene.pool those around it.

@@ -135,7 +135,7 @@ TEST_F(Outputs, OfPatternReplacePatternsAlone) {
     all.push_back(file);
     const ProgramResult result = run_program(all);
     EXPECT_EQ(result.exit_code, 2);
-    EXPECT_THAT(result.err, HasSubstr("is no pattern"));
+    EXPECT_THAT(result.err, HasSubstr("is not a pattern"));
     EXPECT_EQ(file_text(file), before);
   }
   std::vector<std::string> all = made;

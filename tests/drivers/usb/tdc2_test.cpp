@@ -217,7 +217,7 @@ TEST_F(Tdc2OnDouble, GarbageIsMissedTagsAndNoTimes) {
   for (std::byte& byte : garbage) byte = static_cast<std::byte>(random());
   firmware.send(garbage);
   EXPECT_TRUE(comes_true([&] { return run.count(TagKind::missed) == 21; }));
-  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::connected, "records are none"); }));
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::connected, "records are invalid"); }));
   ASSERT_TRUE(goes_on(run));
   EXPECT_EQ(run.count(TagKind::missed), 21U);
   EXPECT_EQ(run.count(TagKind::clock_break), 0U);
@@ -246,7 +246,7 @@ TEST_F(Tdc2OnDouble, RecordsThatSlippedAreAlignedByOpeningItAnew) {
   test::SourceRun run(options());
   ASSERT_TRUE(goes_on(run));
   firmware.slip(3);
-  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::failing, "no records"); }));
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::failing, "incomplete records"); }));
   EXPECT_TRUE(goes_on(run));
   EXPECT_EQ(run.count(TagKind::clock_break), 1U);
 }
