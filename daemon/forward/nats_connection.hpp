@@ -28,7 +28,7 @@ using StreamInfo = std::unique_ptr<jsStreamInfo, Destroyer<jsStreamInfo_Destroy>
 // nats://HOST:PORT, for messages.
 std::string nats_place(const Destination& server);
 
-// What libnats says of its last call.
+// The error of the last call of libnats on this thread.
 std::string nats_error(natsStatus status);
 
 // Connects, at most for 2 s. A connection that breaks stays broken: whoever has it makes a new one.

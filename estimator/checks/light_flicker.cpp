@@ -16,7 +16,7 @@ constexpr std::size_t most_parts = 128;
 constexpr std::size_t fewest_parts = 16;
 constexpr double most_swing = 2;  // relative rms of the light: more is not expected
 
-// What an estimate says of the light of its frame.
+// The light of a frame, by its estimate.
 struct FrameLight {
   double photons = 0, pulses = 0;  // of the frame
   double of_signal = 0;            // share of the photons
