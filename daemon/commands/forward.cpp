@@ -114,9 +114,13 @@ int run_back(const ForwardCommand& command) {
     const auto& topics = command.topics;
     if (std::find(topics.begin(), topics.end(), topic) == topics.end()) return;
     ++count;
-    if (topic == topic_frame) publisher.publish_frame(std::move(json));
-    if (topic == topic_scene) publisher.publish_scene(std::move(json));
-    if (topic == topic_status) publisher.publish_status(std::move(json));
+    if (topic == topic_frame) {
+      publisher.publish_frame(std::move(json));
+    } else if (topic == topic_scene) {
+      publisher.publish_scene(std::move(json));
+    } else if (topic == topic_status) {
+      publisher.publish_status(std::move(json));
+    }
   });
   reader.run(signals.token());
   std::fprintf(stderr, "splid: %s messages published; %s connections to the broker\n",
