@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimator/model/units.hpp"
+#include "estimator/sync/in_quadrature.hpp"
 
 namespace splid {
 namespace {
@@ -42,20 +43,20 @@ void fill_deviations(Estimate& estimate, const Maximum& at, std::size_t target,
   // What the syncs leave uncertain of the pattern's clock adds to both deviations: an error of the
   // clock's phase is an error of the delay, and an error of its period is an error of the velocity
   // (with 10 ps of sync jitter in 50 ms 4.2 cm/s by endpoints, 0.09 cm/s by regression).
-  estimate.std_delay_ns =
-      std::hypot(std::sqrt(std::max(0.0, variance)) * units.scale, sync.std_phase_ps * ns_per_ps);
+  estimate.std_delay_ns = in_quadrature(std::sqrt(std::max(0.0, variance)) * units.scale,
+                                        sync.std_phase_ps * ns_per_ps);
   estimate.std_velocity_mps =
-      mid.walk > 0 ? speed_of_light_mps * std::hypot(std::sqrt(mid.walk) * per_walk,
-                                                     sync.std_period_ps / sync.period_ps / 2)
+      mid.walk > 0 ? speed_of_light_mps * in_quadrature(std::sqrt(mid.walk) * per_walk,
+                                                        sync.std_period_ps / sync.period_ps / 2)
                    : 0;
   const Eigen::Index q = d + likelihood::quadratic;
   estimate.std_acceleration_mps2 = std::sqrt(C(q, q)) * acceleration_of(1, units.length_ns);
   const Eigen::Index s = d + likelihood::signal;
   estimate.std_signal_per_pulse =
-      std::hypot(std::sqrt(C(s, s)), wider.off_signal * estimate.signal_per_pulse);
+      in_quadrature(std::sqrt(C(s, s)), wider.off_signal * estimate.signal_per_pulse);
   const auto b = static_cast<Eigen::Index>(likelihood::background_place(at.model.count));
   estimate.std_background_per_ns =
-      std::hypot(std::sqrt(C(b, b)), wider.off_background * estimate.background_per_ns);
+      in_quadrature(std::sqrt(C(b, b)), wider.off_background * estimate.background_per_ns);
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "estimator/sync/in_quadrature.hpp"
+
 namespace splid::array {
 namespace {
 
@@ -41,8 +43,8 @@ Neighbours::Neighbours(std::span<const PixelDirection> directions, std::size_t r
       return pitch > 0 ? apart_deg(directions[k], directions[other]) / pitch : 0;
     };
     const auto straight_deg = [&](std::size_t other) {
-      return std::hypot(directions[k].azimuth_deg - directions[other].azimuth_deg,
-                        directions[k].elevation_deg - directions[other].elevation_deg);
+      return in_quadrature(directions[k].azimuth_deg - directions[other].azimuth_deg,
+                           directions[k].elevation_deg - directions[other].elevation_deg);
     };
     near_.push_back(k);
     ends_.push_back(near_.size());

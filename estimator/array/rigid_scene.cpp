@@ -6,6 +6,7 @@
 
 #include "estimator/model/chance.hpp"
 #include "estimator/model/units.hpp"
+#include "estimator/sync/in_quadrature.hpp"
 
 namespace splid::array {
 namespace {
@@ -161,7 +162,7 @@ void RigidScene::take_members(const RigidFrame& frame, const Velocity& about) {
     const Estimate& own = frame.estimates[k];
     const bool agrees =
         has_value(own) && std::abs(own.velocity_mps - about.mps) <
-                              sure_deviations * std::hypot(own.std_velocity_mps, about.std_mps);
+                              sure_deviations * in_quadrature(own.std_velocity_mps, about.std_mps);
     if (agrees) {
       add_member(frame, k, own, view);
       continue;
@@ -190,8 +191,8 @@ Velocity RigidScene::velocity_of(std::size_t pixel, const SyncFit& sync) const {
   const Terms& row = rows_[pixel];
   const double variance = row.dot(shared_.covariance * row);
   return {shared_.terms.dot(row),
-          std::hypot(std::sqrt(variance),
-                     speed_of_light_mps * sync.std_period_ps / sync.period_ps / 2)};
+          in_quadrature(std::sqrt(variance),
+                        speed_of_light_mps * sync.std_period_ps / sync.period_ps / 2)};
 }
 
 // At the body's velocity a pixel is looked at where the fit has its delay, and searched where the

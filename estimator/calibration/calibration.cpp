@@ -6,6 +6,7 @@
 #include "estimator/calibration/fold_fit.hpp"
 #include "estimator/calibration/pulse_finder.hpp"
 #include "estimator/calibration/shape_stack.hpp"
+#include "estimator/sync/in_quadrature.hpp"
 
 namespace splid::calibration {
 namespace {
@@ -88,7 +89,7 @@ std::optional<Calibration> calibrate(const PhaseHistogram& fold, double width_ps
   Calibration result;
   result.settled = settle(model);
   const Eigen::MatrixXd covariance = fold_covariance(model);
-  const double common_ps = std::hypot(std_pulse_point_ps(model), fold.std_phase_ps());
+  const double common_ps = in_quadrature(std_pulse_point_ps(model), fold.std_phase_ps());
   const double mean_counts = model.total_counts() / static_cast<double>(model.pulses());
   for (std::size_t p = 0; p < model.pulses(); ++p) {
     const double turns = model.times_ps[p] / model.period_ps();

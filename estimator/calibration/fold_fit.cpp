@@ -97,8 +97,10 @@ void fit_fold(FoldModel& model) {
 }
 
 Eigen::MatrixXd fold_covariance(FoldModel& model) {
-  const Eigen::MatrixXd matrix = information_of(model).matrix;
-  return matrix.ldlt().solve(Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols()));
+  const auto factored = information_of(model).matrix.ldlt();
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(factored.rows(), factored.cols());
+  for (auto column : inverse.colwise()) factored.solveInPlace(column);
+  return inverse;
 }
 
 }  // namespace splid::calibration

@@ -62,7 +62,7 @@ std::optional<double> width_by_pairs_ps(const PhaseHistogram& fold) {
     }
     // Between this length of a cell and half of it, on logarithmic axes.
     const double step = std::log(before / (whole / 2)) / std::log(before / pairs.excess);
-    return cell_ps / 2 * std::exp2(step) / half_cell_sigmas;
+    return cell_ps / 2 * std::pow(2, step) / half_cell_sigmas;
   }
   return std::nullopt;
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/sync/in_quadrature.hpp"
+
 namespace splid::checks {
 namespace {
 
@@ -128,7 +130,8 @@ void Findings::screen(const FitFacts& facts) {
   const auto all = static_cast<Eigen::Index>(size_);
   const Eigen::LLT<TermMatrix> cholesky(slopes_.information.topLeftCorner(n, n));
   if (cholesky.info() != Eigen::Success) return;
-  solved_ = cholesky.solve(slopes_.information.topRightCorner(n, all - n));
+  solved_ = slopes_.information.topRightCorner(n, all - n);
+  for (auto column : solved_.colwise()) cholesky.solveInPlace(column);
   const TermVector fitted = slopes_.gradient.head(n);
   slopes_.gradient.tail(all - n).noalias() -= solved_.transpose() * fitted;
   for (std::size_t row = 0; row < rows_with_directions; ++row) score_row(row);
@@ -141,7 +144,7 @@ void Findings::score_row(std::size_t row) {
   const auto n = static_cast<Eigen::Index>(fitted_);
   TermMatrix information = slopes_.information.block(first, first, k, k);
   information.noalias() -=
-      slopes_.information.block(first, 0, k, n) * solved_.middleCols(first - n, k);
+      slopes_.information.block(first, 0, k, n).lazyProduct(solved_.middleCols(first - n, k));
   const TermVector score = slopes_.gradient.segment(first, k);
   const Eigen::LLT<TermMatrix> cholesky(information);
   if (cholesky.info() != Eigen::Success || !(information.diagonal().minCoeff() > 1e-9)) return;
@@ -295,9 +298,9 @@ void Findings::follow(const Member& richer, std::size_t row) {
     delay = std::sqrt(squares), walk = to_walk * std::sqrt(steps);
   }
   const double hidden = hidden_by_spread_ns(richer);
-  verdict_.wider.off_delay_ns = std::max(verdict_.wider.off_delay_ns, std::hypot(delay, hidden));
+  verdict_.wider.off_delay_ns = std::max(verdict_.wider.off_delay_ns, in_quadrature(delay, hidden));
   verdict_.wider.off_walk_ns =
-      std::max(verdict_.wider.off_walk_ns, std::hypot(walk, walk_of_spread * hidden));
+      std::max(verdict_.wider.off_walk_ns, in_quadrature(walk, walk_of_spread * hidden));
   const auto grown = [&](Shape shape) {
     return std::abs(std::expm1(richer.of({shape, 0}) - base_.of({shape, 0})));
   };

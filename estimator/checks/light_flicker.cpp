@@ -8,6 +8,7 @@
 
 #include "estimator/fold/dead_intervals.hpp"
 #include "estimator/model/chance.hpp"
+#include "estimator/sync/in_quadrature.hpp"
 
 namespace splid {
 namespace {
@@ -115,7 +116,7 @@ void widen_by_flicker(const FrameView& frame, const PulseTrain& train, double sh
   const double excess = (counts.variance - by_chance) / (counts.mean * counts.mean);
   const auto widen = [&](const SwingingLight& of, double& deviation) {
     const double variance = excess / (of.rise() * of.rise());
-    if (of.is_low(variance)) deviation = std::hypot(deviation, of.low(variance));
+    if (of.is_low(variance)) deviation = in_quadrature(deviation, of.low(variance));
   };
   widen(signal, estimate.std_signal_per_pulse);
   widen(background, estimate.std_background_per_ns);

@@ -7,7 +7,9 @@ namespace splid {
 std::optional<SmallMatrix> inverse_of_positive(const SmallMatrix& matrix) {
   const Eigen::LLT<SmallMatrix> cholesky(matrix);
   if (cholesky.info() != Eigen::Success) return std::nullopt;
-  return cholesky.solve(SmallMatrix::Identity(matrix.rows(), matrix.cols()));
+  SmallMatrix inverse = SmallMatrix::Identity(matrix.rows(), matrix.cols());
+  for (auto column : inverse.colwise()) cholesky.solveInPlace(column);
+  return inverse;
 }
 
 std::optional<SmallVector> solution_of_positive(const SmallMatrix& matrix,

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "estimator/model/chance.hpp"
 #include "estimator/model/units.hpp"
 #include "estimator/model/vector_level.hpp"
 #include "protocol/error.hpp"
@@ -23,9 +24,8 @@ class Gaussian final : public PulseShape {
                      1 / sigma_ns_, peak_, offsets_ns.size());
   }
   void integrate(std::span<const double> offsets_ns, std::span<double> integrals) const override {
-    const double inverse = 1 / (sigma_ns_ * std::numbers::sqrt2);
     for (std::size_t i = 0; i < offsets_ns.size(); ++i) {
-      integrals[i] = 0.5 * std::erfc(-offsets_ns[i] * inverse);
+      integrals[i] = normal_integral(offsets_ns[i] / sigma_ns_);
     }
   }
   [[nodiscard]] double log_h(double offset_ns) const override {

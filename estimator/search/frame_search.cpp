@@ -8,6 +8,7 @@
 #include "estimator/model/chance.hpp"
 #include "estimator/model/units.hpp"
 #include "estimator/search/significance.hpp"
+#include "estimator/sync/in_quadrature.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -152,7 +153,8 @@ std::optional<Start> FrameSearch::follow(const FoldedFrame& frame, const TargetT
 bool FrameSearch::has_changed(const TargetTrack& track, const Maximum& now) {
   constexpr auto S = static_cast<Eigen::Index>(likelihood::signal);
   const double changed = now.signal_per_pulse() - track.signal_per_pulse;
-  const double deviation = std::hypot(std::sqrt(now.covariance(S, S)), track.std_signal_per_pulse);
+  const double deviation =
+      in_quadrature(std::sqrt(now.covariance(S, S)), track.std_signal_per_pulse);
   return std::abs(changed) > unlikely_deviations * deviation;
 }
 

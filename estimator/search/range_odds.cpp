@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "estimator/model/chance.hpp"
+
 namespace splid {
 namespace {
 
@@ -29,8 +31,8 @@ double spread(double variance) { return std::sqrt(2 * std::numbers::pi * varianc
 // most: a bright target that is faster than the configuration says is still found.
 double share_nats(double at, double variance, double most) {
   constexpr double least_nats = -20;
-  const double unit = std::sqrt(2 * variance);
-  const double inside = 0.5 * (std::erf((most - at) / unit) + std::erf((most + at) / unit));
+  const double unit = std::sqrt(variance);
+  const double inside = normal_integral((most - at) / unit) - normal_integral((-most - at) / unit);
   const double box_nats = std::log(spread(variance) / (2 * most));
   return box_nats + std::max(least_nats, std::log(inside));
 }

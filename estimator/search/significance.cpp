@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "estimator/model/chance.hpp"
+
 namespace splid {
 namespace {
 
@@ -30,7 +32,7 @@ double significance_threshold_nats(const SearchVolume& volume, double false_alar
   double hi = 40;
   while (hi - lo > 1e-9) {
     const double u = (lo + hi) / 2;
-    const double single_look = 0.5 * std::erfc(u / std::numbers::sqrt2);
+    const double single_look = normal_integral(-u);
     (excursions(volume, u) + single_look > false_alarm_rate ? lo : hi) = u;
   }
   return 0.5 * lo * lo;

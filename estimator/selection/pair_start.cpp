@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "estimator/selection/target_selection.hpp"
+#include "estimator/sync/in_quadrature.hpp"
 
 namespace splid::selection {
 // The best maximum of two in place of one whose photons are spread as those of two; it has no
@@ -85,7 +86,7 @@ std::optional<std::array<Target, 2>> TargetSelection::pair_about(std::size_t tar
   }
   const double t = terms_ > 1 ? std::sqrt(std::max(0.0, 180 * bow)) : 0;
   double d = std::sqrt(std::max(0.0, square - t * t / 12));
-  if (std::hypot(d, t / std::sqrt(12.0)) < least_widths * width_ns) return std::nullopt;
+  if (in_quadrature(d, t / std::sqrt(12.0)) < least_widths * width_ns) return std::nullopt;
   if (t < d) d = std::max(d, least_widths * width_ns);
   const double turn = cross < 0 ? -t : t;
   std::array<Target, 2> pair = {Target{middle, S / 2}, Target{middle, S / 2}};

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "estimator/search/target_fit.hpp"
+#include "estimator/sync/in_quadrature.hpp"
 
 namespace splid::selection {
 namespace {
@@ -180,7 +181,8 @@ double TargetSelection::apart_ns(const DelayTrack& a, const DelayTrack& b) const
 
 // How far apart two are over the frame, root mean square.
 double TargetSelection::apart_widths(const DelayTrack& a, const DelayTrack& b) const {
-  return std::hypot(apart_ns(a, b), (a.walk_ns - b.walk_ns) / std::sqrt(12.0)) / shape_.width_ns();
+  return in_quadrature(apart_ns(a, b), (a.walk_ns - b.walk_ns) / std::sqrt(12.0)) /
+         shape_.width_ns();
 }
 
 double TargetSelection::parting_widths(const DelayTrack& a, const DelayTrack& b) const {

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "estimator/sync/in_quadrature.hpp"
+
 namespace splid::sync {
 namespace {
 
@@ -74,7 +76,7 @@ void fill_period(SyncFit& fit, DriftMethod method, double calibrated_ps, const A
     slope = (last.residual_ps - first.residual_ps) / span;
     offset = first.residual_ps - slope * first.k;
     fit.std_period_ps = sigma_ps * std::sqrt(2.0) / span;
-    fit.std_phase_ps = sigma_ps * std::hypot(last.k, first.k) / span;
+    fit.std_phase_ps = sigma_ps * in_quadrature(last.k, first.k) / span;
   } else if (method == DriftMethod::off) {
     slope = calibrated_ps - accepted.line.period_ps;
     offset = (s.r - slope * s.k) / s.n;
@@ -115,7 +117,7 @@ void fill_curvature(SyncFit& fit, double half_length_ps, double calibrated_ps,
   fit.period_ps = mean.period_ps;
   fit.drift_ppm = (mean.period_ps / calibrated_ps - 1) * 1e6;
   fit.std_period_ps = p.std_b;
-  fit.std_phase_ps = std::hypot(p.sigma_ps / std::sqrt(s.n), p.std_b * mean_k);
+  fit.std_phase_ps = in_quadrature(p.sigma_ps / std::sqrt(s.n), p.std_b * mean_k);
   fit.jitter_ps = p.rms_ps;
 }
 

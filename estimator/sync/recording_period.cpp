@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "estimator/sync/in_quadrature.hpp"
 #include "protocol/saturated.hpp"
 
 namespace splid {
@@ -52,7 +53,7 @@ Step step_between(const SyncFit& before, const SyncFit& fit) {
 bool began_again(const SyncFit& before, const SyncFit& fit, const Step& step) {
   constexpr double wander = 1e-7;
   constexpr double deviations = 10;
-  const double std_ps = std::hypot(before.std_phase_ps, fit.std_phase_ps) +
+  const double std_ps = in_quadrature(before.std_phase_ps, fit.std_phase_ps) +
                         step.periods * (before.std_period_ps + fit.std_period_ps) / 2;
   return std::abs(step.gap_ps - step.periods * step.period_ps) >
          deviations * std_ps + wander * step.gap_ps + 1;

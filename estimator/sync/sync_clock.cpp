@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "estimator/sync/drift_regression.hpp"
+#include "estimator/sync/in_quadrature.hpp"
 #include "estimator/sync/sync_curvature.hpp"
 #include "estimator/sync/sync_lock.hpp"
 
@@ -40,8 +41,8 @@ double missing_syncs(const Lock& found, double begin_ps, double end_ps, double s
 // Syncs that wander: what they leave uncertain does not fall with their number, as any of the
 // places they are at may be the right one.
 void widen_by(double wander_ps, double length_ps, SyncFit& fit) {
-  fit.std_phase_ps = std::hypot(fit.std_phase_ps, wander_ps / 2);
-  fit.std_period_ps = std::hypot(fit.std_period_ps, wander_ps * fit.period_ps / length_ps);
+  fit.std_phase_ps = in_quadrature(fit.std_phase_ps, wander_ps / 2);
+  fit.std_period_ps = in_quadrature(fit.std_period_ps, wander_ps * fit.period_ps / length_ps);
 }
 
 }  // namespace

@@ -61,6 +61,9 @@ expect 1 drivers/replay/a.cpp '#include <zmq.hpp>'
 expect 1 config/a.cpp '#include "daemon/stream/ring.hpp"'
 expect 1 daemon/base/a.cpp '#include "tests/support/sink.hpp"'
 expect 1 daemon/base/a.cpp '#include "ring.hpp"'
+expect 0 estimator/a.cpp 'const double a = std::exp(b);'
+expect 1 estimator/a.cpp 'const double a = std::hypot(b, c);'
+expect 1 daemon/base/a.cpp 'return std::erf(b);'
 
 rm -rf "$tree"/*
 code=0
