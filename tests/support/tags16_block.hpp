@@ -1,7 +1,9 @@
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 namespace splid::test {
@@ -26,29 +28,39 @@ struct Tags16Block {
   std::uint32_t more_count = 0;  // that the header says beyond the records
 };
 
+// Writes a number at a place, and returns the place behind it.
 template <class Number>
-void append_little_endian(Number value, std::vector<std::byte>& bytes) {
-  auto rest = static_cast<std::uint64_t>(value);
-  for (std::size_t i = 0; i < sizeof value; ++i, rest >>= 8U) {
-    bytes.push_back(static_cast<std::byte>(rest & 0xFFU));
-  }
+std::byte* put_little_endian(Number value, std::byte* at) {
+  static_assert(std::endian::native == std::endian::little);
+  std::memcpy(at, &value, sizeof value);
+  return at + sizeof value;
 }
 
+template <class Number>
+void append_little_endian(Number value, std::vector<std::byte>& bytes) {
+  bytes.resize(bytes.size() + sizeof value);
+  put_little_endian(value, &bytes[bytes.size() - sizeof value]);
+}
+
+// Design note: room for all at once. Byte by byte this took two thirds of the thread sanitizer's
+// tests.
 inline void append_block(const Tags16Block& block, std::vector<std::byte>& bytes) {
-  for (const char letter : {'S', 'P', 'T', 'B'}) bytes.push_back(static_cast<std::byte>(letter));
-  append_little_endian(block.version, bytes);
-  append_little_endian(block.flags, bytes);
-  const auto count = static_cast<std::uint32_t>(block.records.size()) + block.more_count;
-  append_little_endian(count, bytes);
-  append_little_endian(block.sequence, bytes);
-  append_little_endian(block.begin_ps, bytes);
-  append_little_endian(block.end_ps, bytes);
+  const std::size_t begin = bytes.size();
+  bytes.resize(begin + 32 + 16 * block.records.size());
+  std::byte* at = &bytes[begin];
+  for (const char letter : {'S', 'P', 'T', 'B'}) at = put_little_endian(letter, at);
+  at = put_little_endian(block.version, at);
+  at = put_little_endian(block.flags, at);
+  at = put_little_endian(static_cast<std::uint32_t>(block.records.size()) + block.more_count, at);
+  at = put_little_endian(block.sequence, at);
+  at = put_little_endian(block.begin_ps, at);
+  at = put_little_endian(block.end_ps, at);
   for (const Tags16Record& record : block.records) {
-    append_little_endian(record.type, bytes);
-    append_little_endian(record.reserved, bytes);
-    append_little_endian(record.missed, bytes);
-    append_little_endian(record.channel, bytes);
-    append_little_endian(record.time_ps, bytes);
+    at = put_little_endian(record.type, at);
+    at = put_little_endian(record.reserved, at);
+    at = put_little_endian(record.missed, at);
+    at = put_little_endian(record.channel, at);
+    at = put_little_endian(record.time_ps, at);
   }
 }
 

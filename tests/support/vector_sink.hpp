@@ -22,8 +22,9 @@ class VectorSink : public TagSink {
 
   std::span<Tag> claim(std::size_t max_count) override {
     if (stop_.stop_requested()) return {};
-    room_.resize(std::min(max_count, max_room_));
-    return room_;
+    const std::size_t count = std::min(max_count, max_room_);
+    if (room_.size() < count) room_.resize(count);
+    return std::span(room_).first(count);
   }
 
   void publish(std::size_t count) override {
