@@ -17,6 +17,7 @@
 #include "daemon/security/allow_list.hpp"
 #include "daemon/service/memory.hpp"
 #include "daemon/service/start_check.hpp"
+#include "daemon/study/calibration/side_lobe_report.hpp"
 #include "drivers/replay/recording_reader.hpp"
 #include "protocol/error.hpp"
 #include "protocol/file_kind.hpp"
@@ -45,12 +46,21 @@ bool begins_with_brace(std::string_view text) {
   return first != std::string_view::npos && text[first] == '{';
 }
 
+void say_side_lobe(const Pattern& pattern, const PulseOptions& pulse, double length_ms) {
+  const std::string hardest =
+      calibration::describe_side_lobe(pattern, *calibration::shape_of(pattern, pulse), length_ms);
+  if (!hardest.empty()) std::printf("  ranges   %s\n", hardest.c_str());
+}
+
 void check_pattern(const std::string& file, const std::string& text) {
   const Pattern pattern = pattern_from_json(text, file);
   std::printf("%s: a pattern: %s%s%s\n", shown_text(file, most_said).c_str(),
               describe_pattern(pattern).c_str(),
               pattern.calibrated_period_ps ? ", calibrated period" : "",
               pattern.pulse ? ", measured pulse shape" : "");
+  PulseOptions pulse;
+  if (pattern.pulse) pulse.shape = Shape::tabulated;
+  say_side_lobe(pattern, pulse, FrameOptions().length_ms);
 }
 
 void check_config(const std::string& file) {
@@ -65,6 +75,7 @@ void check_config(const std::string& file) {
       config.frame.length_ms, shown_text(config.publish.endpoint, most_said).c_str(),
       memory_needed_mib(config));
   if (!config.pixels.empty()) std::printf("  pixels   %zu\n", config.pixels.size());
+  say_side_lobe(config.pattern, config.pulse, config.frame.length_ms);
   for (const std::string& note : start_notes(config)) {
     std::fprintf(stderr, "splid: warning: %s: %s\n", name.c_str(),
                  shown_text(note, most_said).c_str());

@@ -9,6 +9,7 @@
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/commands/output_check.hpp"
+#include "daemon/study/calibration/side_lobe_report.hpp"
 #include "protocol/pattern_json.hpp"
 #include "protocol/pattern_make.hpp"
 #include "protocol/pattern_side_lobes.hpp"
@@ -48,6 +49,12 @@ int write_pattern(const Pattern& pattern, const std::string& file) {
                  "%g ps at a shift of %.10g ns\n",
                  name.c_str(), lobe->pairs, pulses_per_period(pattern), 100 * lobe->relative,
                  side_lobe_window_ps, lobe->shift_ps / ps_per_ns);
+  }
+  const std::string hardest =
+      calibration::describe_side_lobe(pattern, *calibration::shape_of(pattern, {}), 0);
+  if (!hardest.empty()) {
+    std::fprintf(stderr, "%s: %s (pulses of 100 ps, background as in the default scene)\n",
+                 name.c_str(), hardest.c_str());
   }
   return 0;
 }

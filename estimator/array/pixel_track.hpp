@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
+#include <vector>
 
 #include "estimator/array/neighbours.hpp"
 #include "estimator/model/estimate.hpp"
@@ -30,9 +32,18 @@ class PixelTrack {
   bool is_spread_ = false;
 };
 
-// What the nearest neighbour of a pixel that sees a target has seen, or a track that is not valid.
-// seen: of all pixels, after one frame.
-TargetTrack help_of(const Neighbours& neighbours, std::size_t pixel,
-                    std::span<const TargetTrack> seen);
+// Chooses the neighbours that help.
+class NeighboursHelp {
+ public:
+  explicit NeighboursHelp(std::span<const PixelDirection> directions)
+      : neighbours_(directions, 1) {}
+
+  // For each pixel what its nearest neighbour has seen, or a track that is not valid. seen: of all
+  // pixels, after one frame.
+  [[nodiscard]] TargetTrack help(std::size_t pixel, std::span<const TargetTrack> seen) const;
+
+ private:
+  Neighbours neighbours_;
+};
 
 }  // namespace splid::array

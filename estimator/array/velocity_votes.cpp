@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <ranges>
 
 #include "estimator/model/chance.hpp"
 
@@ -54,9 +53,20 @@ Velocity mean_about(std::span<const Vote> votes, double mps) {
 
 // The evidence that a vote needs to be among the best, so that its velocity is tried.
 double least_tried(std::span<const Vote> votes) {
-  std::array<double, most_tried> best;
-  const auto all = votes | std::views::transform(&Vote::evidence_nats);
-  return *(std::ranges::partial_sort_copy(all, best, std::greater<>()).out - 1);
+  std::array<double, most_tried> best{};
+  std::size_t count = 0;
+  for (const Vote& vote : votes) {
+    if (count < best.size()) {
+      best[count++] = vote.evidence_nats;
+      std::push_heap(best.begin(), best.begin() + static_cast<std::ptrdiff_t>(count),
+                     std::greater<>());
+    } else if (vote.evidence_nats > best.front()) {
+      std::pop_heap(best.begin(), best.end(), std::greater<>());
+      best.back() = vote.evidence_nats;
+      std::push_heap(best.begin(), best.end(), std::greater<>());
+    }
+  }
+  return best.front();
 }
 
 }  // namespace

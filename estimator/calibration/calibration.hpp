@@ -12,12 +12,16 @@
 // The room calibration/ measures the pulses of a pattern in a recording of a target at rest. Open
 // this file first. Its parts:
 //   phase_histogram.hpp   the photons of a recording, folded on the pattern period
-//   pulse_finder.hpp      where in the fold there are pulses, and how wide, when nobody knows
-//   fold_model.hpp        what the fold should hold: background, and pulses of one shape, whose
-//                         times and counts are fitted by maximum likelihood
+//   pulse_finder.hpp      where in the fold there are pulses, when nobody knows what was played
+//   pair_width.hpp        how wide its pulses are, when the configured width is wrong
+//   fold_model.hpp        what the fold should hold: background, and pulses of one shape
+//   fold_fit.hpp          the pulses' times and counts by maximum likelihood, their shape given
 //   shape_stack.hpp       the shape of all pulses together, their times given
 //   calibration.hpp       both in turn, until no time moves
-//   rest_check.hpp        whether the target was at rest
+//   rest_check.hpp        whether the target was at rest, to less than a pulse width
+//   target_motion.hpp     where its photons went, if it was not
+//   input_shift.hpp       how one input of a detector sees the pulses of another
+//   side_lobes.hpp        the delays that a pattern's photons can take for the right one
 
 namespace splid::calibration {
 
@@ -65,24 +69,5 @@ struct Goal {
 // The factor by which the number of photons has to grow until every pulse is known so well. At 1 or
 // less they are.
 double photons_wanted(const Calibration& calibration, const Goal& goal);
-
-// The even spacing of the delays that so many signal photons of a frame leave alike; the range is
-// then known modulo that spacing alone. Where a shift brings all pulses onto others, off by d
-// deviations of their width on average, a photon tells d^2 / 2 nats, less the part that the times'
-// own deviations make; likewise of their amplitudes. Absent where all delays are told apart.
-std::optional<double> even_spacing_ps(const Calibration& calibration, double signal_photons);
-
-// How the pulses of a second input of a detector lie to those of the first.
-struct InputShift {
-  double shift_ps = 0;  // how much later the second's pulses come; within half a period about 0
-  double std_ps = 0;    // one standard deviation of the shift
-  double rms_ps = 0;    // distance that is left between the pulses after the shift
-};
-
-// The shift that brings the second input's pulses onto those of the first. Absent where the inputs
-// do not have the same number of pulses, or where at no shift all pulses fall on one another, to
-// within a fifth of a pulse width or five of their own deviations. Of shifts that are equally good,
-// as an even comb has them, the smallest is taken.
-std::optional<InputShift> shift_between(const Calibration& first, const Calibration& second);
 
 }  // namespace splid::calibration

@@ -38,10 +38,9 @@ void FindingSums::add(const FoldedFrame& frame) {
   frames_ += 1, length_ns_ += frame.length_ns, seen_ns_ += frame.seen_ns;
 }
 
-void FindingSums::say(FoundList& all, const FindingRow& row, double amount,
-                      double gain_nats) const {
+void FindingSums::add(FoundList& all, const FindingRow& row, double amount, double gain_nats,
+                      const FindingScale& scale) {
   if (2 * gain_nats < sure_squares) return;
-  const FindingScale scale = {length_ns_ / frames_, seen_ns_ / frames_};
   all.add(row.found(row.value(amount, scale), gain_nats));
 }
 
@@ -50,6 +49,7 @@ void FindingSums::say(FoundList& all, const FindingRow& row, double amount,
 void FindingSums::add_sum(FoundList& all, std::size_t row) const {
   const RowScore& sum = rows_[row];
   const FindingRow& named = finding_table()[row];
+  const FindingScale scale = {length_ns_ / frames_, seen_ns_ / frames_};
   if (!(sum.information[0] > 0)) return;
   double amount = 0, squares = 0;
   for (std::size_t t = 0; t < sum.score.size(); ++t) {
@@ -59,17 +59,18 @@ void FindingSums::add_sum(FoundList& all, std::size_t row) const {
   }
   if (named.keeps_sign) {
     if (named.is_flat_light() && amount < 0) return;
-    return say(all, named, amount, squares / 2);
+    return add(all, named, amount, squares / 2, scale);
   }
   const SquareSum chi = {sum.squares - sum.degrees, 2 * sum.degrees, 8 * sum.degrees, 0};
   const double more = std::max(0.0, sum.squares / sum.degrees - 1);
-  say(all, named, std::sqrt(more * frames_ / sum.information[0]), chi.gain_nats());
+  add(all, named, std::sqrt(more * frames_ / sum.information[0]), chi.gain_nats(), scale);
 }
 
 FoundList FindingSums::found() const {
   FoundList all;
   if (frames_ == 0) return all;
   for (std::size_t row = 0; row < rows_with_directions; ++row) add_sum(all, row);
+  const FindingScale scale = {length_ns_ / frames_, seen_ns_ / frames_};
   SquareSum pulses, phases;
   for (std::size_t p = 0; p < by_pulse_.size(); ++p)
     pulses.add(by_pulse_[p], expected_[p], light_[p]);
@@ -82,8 +83,8 @@ FoundList FindingSums::found() const {
     if (is_free[k] != 0) phases.add(by_phase_[k], photons * seen_phase_[k] / seen);
   }
   const double amount = std::sqrt(std::max(0.0, phases.excess) * bins) / frames_;
-  say(all, finding_table()[phase_row], amount, phases.gain_nats());
-  say(all, finding_table()[pulse_row], pulses.relative(), pulses.gain_nats());
+  add(all, finding_table()[phase_row], amount, phases.gain_nats(), scale);
+  add(all, finding_table()[pulse_row], pulses.relative(), pulses.gain_nats(), scale);
   return all;
 }
 

@@ -24,7 +24,8 @@ class FindingSums {
 
  private:
   void add_sum(FoundList& all, std::size_t row) const;
-  void say(FoundList& all, const FindingRow& row, double amount, double gain_nats) const;
+  static void add(FoundList& all, const FindingRow& row, double amount, double gain_nats,
+                  const FindingScale& scale);
 
   const Findings& findings_;
   std::array<RowScore, rows_with_directions> rows_;

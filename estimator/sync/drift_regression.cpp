@@ -7,13 +7,13 @@
 namespace splid::sync {
 namespace {
 
-void set_line(SyncFit& fit, const Line& line, double calibrated_ps) {
-  fit.phase_ps = line.phase_ps;
-  fit.period_ps = line.period_ps;
-  fit.drift_ppm = (line.period_ps / calibrated_ps - 1) * 1e6;
-}
-
-}  // namespace
+// r = a + b k + c k^2, in ps.
+struct Parabola {
+  double a = 0, b = 0, c = 0;
+  double std_b = 0, std_c = 0;
+  double sigma_ps = 0;  // of a sync, at least what a tagger's rounding makes
+  double rms_ps = 0;    // of the syncs about the parabola
+};
 
 Parabola parabola(const Sums& s) {
   const double kk = s.sxx();
@@ -22,18 +22,20 @@ Parabola parabola(const Sums& s) {
   const double kr = s.kr - s.k * s.r / s.n;
   const double kkr = s.kkr - s.kk * s.r / s.n;
   const double rr = s.rr - s.r * s.r / s.n;
+  const double spread = kkkk - kkk * kkk / kk;  // of k^2, beside what goes with k
   Parabola p;
-  p.spread = kkkk - kkk * kkk / kk;
-  p.c = (kkr - kkk / kk * kr) / p.spread;
+  p.c = (kkr - kkk / kk * kr) / spread;
   p.b = (kr - p.c * kkk) / kk;
   p.a = (s.r - p.b * s.k - p.c * s.kk) / s.n;
-  const double about = std::max(rr - kr * kr / kk - p.c * p.c * p.spread, 0.0);
+  const double about = std::max(rr - kr * kr / kk - p.c * p.c * spread, 0.0);
   p.rms_ps = std::sqrt(about / s.n);
   p.sigma_ps = std::max(std::sqrt(about / (s.n - 3)), least_sigma_ps / 2);
-  p.std_c = p.sigma_ps / std::sqrt(p.spread);
+  p.std_c = p.sigma_ps / std::sqrt(spread);
   p.std_b = p.sigma_ps / std::sqrt(kk - kkk * kkk / kkkk);
   return p;
 }
+
+}  // namespace
 
 Line Line::at_origin() const {
   return {phase_ps - std::round(phase_ps / period_ps) * period_ps, period_ps, curvature_per_ps};
@@ -83,7 +85,9 @@ void fill_period(SyncFit& fit, DriftMethod method, double calibrated_ps, const A
   }
   const Line line =
       Line{accepted.line.phase_ps + offset, accepted.line.period_ps + slope}.at_origin();
-  set_line(fit, line, calibrated_ps);
+  fit.phase_ps = line.phase_ps;
+  fit.period_ps = line.period_ps;
+  fit.drift_ppm = (line.period_ps / calibrated_ps - 1) * 1e6;
   fit.jitter_ps = std::sqrt(s.squares(offset, slope) / s.n);
 }
 
@@ -109,7 +113,9 @@ void fill_curvature(SyncFit& fit, double half_length_ps, double calibrated_ps,
       (s.sxx() / s.n + mean_k * mean_k) * std::pow(line.period_ps / half_length_ps, 2);
   const Line mean =
       Line{curved.phase_ps + fit.curvature_ps * fit.curvature_zero, curved.period_ps}.at_origin();
-  set_line(fit, mean, calibrated_ps);
+  fit.phase_ps = mean.phase_ps;
+  fit.period_ps = mean.period_ps;
+  fit.drift_ppm = (mean.period_ps / calibrated_ps - 1) * 1e6;
   fit.std_period_ps = p.std_b;
   fit.std_phase_ps = in_quadrature(p.sigma_ps / std::sqrt(s.n), p.std_b * mean_k);
   fit.jitter_ps = p.rms_ps;

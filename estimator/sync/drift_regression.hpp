@@ -64,16 +64,6 @@ struct Sums {
   }
 };
 
-// The least-squares parabola r = a + b k + c k^2 through points.
-struct Parabola {
-  double a = 0, b = 0, c = 0;
-  double std_b = 0, std_c = 0;
-  double spread = 0;    // of k^2, beside what goes with k
-  double sigma_ps = 0;  // of a sync, at least what a tagger's rounding makes
-  double rms_ps = 0;    // of the syncs about the parabola
-};
-Parabola parabola(const Sums& s);
-
 // The syncs that were accepted as those of one line.
 struct Accepted {
   Line line;  // what the points' residuals are relative to

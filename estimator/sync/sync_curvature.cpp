@@ -44,32 +44,34 @@ struct Sample {
 // off = a + b x + c x^2, with x from the medians' mean time, over scale_ps.
 struct Curvature {
   double mean_ps = 0, scale_ps = 0;
-  double a = 0, b = 0, c = 0;     // c: 0 where chance explains it
-  double line_a = 0, line_b = 0;  // of a straight line
-
-  [[nodiscard]] double x_of(double at_ps) const { return (at_ps - mean_ps) / scale_ps; }
+  double a = 0, b = 0, c = 0;
+  bool sure = false;
 };
 
 Curvature curvature_of(const BlockMedians& m) {
+  const auto n = static_cast<double>(m.count);
   Curvature curvature;
-  for (std::size_t i = 0; i < m.count; ++i) {
-    curvature.mean_ps += m.at_ps[i] / static_cast<double>(m.count);
-  }
+  for (std::size_t i = 0; i < m.count; ++i) curvature.mean_ps += m.at_ps[i] / n;
   for (std::size_t i = 0; i < m.count; ++i) {
     curvature.scale_ps = std::max(curvature.scale_ps, std::abs(m.at_ps[i] - curvature.mean_ps));
   }
-  Sums sums;
+  // Sums of the powers of x, whose own sum is 0, and of the medians times these.
+  double square = 0, cube = 0, fourth = 0, off = 0, x_off = 0, square_off = 0;
   for (std::size_t i = 0; i < m.count; ++i) {
-    const Point point = {curvature.x_of(m.at_ps[i]), m.off_ps[i]};
-    sums.add(point);
-    sums.add_for_parabola(point);
+    const double x = (m.at_ps[i] - curvature.mean_ps) / curvature.scale_ps;
+    square += x * x;
+    cube += x * x * x;
+    fourth += x * x * x * x;
+    off += m.off_ps[i];
+    x_off += x * m.off_ps[i];
+    square_off += x * x * m.off_ps[i];
   }
-  const Parabola p = parabola(sums);
-  curvature.line_a = sums.r / sums.n, curvature.line_b = sums.kr / sums.kk;
-  const bool is_sure = std::abs(p.c) * std::sqrt(p.spread) > curved_deviations * m.std_ps;
-  curvature.a = is_sure ? p.a : curvature.line_a;
-  curvature.b = is_sure ? p.b : curvature.line_b;
-  curvature.c = is_sure ? p.c : 0;
+  const double spread = fourth - square * square / n - cube * cube / square;
+  const double c = (square_off - square * off / n - cube / square * x_off) / spread;
+  curvature.sure = std::abs(c) * std::sqrt(spread) > curved_deviations * m.std_ps;
+  if (curvature.sure) curvature.c = c;
+  curvature.b = (x_off - curvature.c * cube) / square;
+  curvature.a = (off - curvature.c * square) / n;
   return curvature;
 }
 
@@ -132,20 +134,28 @@ double wander_ps(std::span<const double> syncs, const Line& line) {
   const auto medians = block_medians(syncs, line);
   if (!medians) return 0;
   const BlockMedians& m = *medians;
-  const Curvature curve = curvature_of(m);
-  double farthest = 0, first = 0, last = 0;
+  const Curvature parabola = curvature_of(m);
+  double farthest = 0, off = 0, x_off = 0, square = 0;
   for (std::size_t i = 0; i < m.count; ++i) {
-    const double x = curve.x_of(m.at_ps[i]);
-    farthest = std::max(farthest, std::abs(m.off_ps[i] - curve.a - x * (curve.b + x * curve.c)));
-    const double from_line = m.off_ps[i] - curve.line_a - x * curve.line_b;
+    const double x = (m.at_ps[i] - parabola.mean_ps) / parabola.scale_ps;
+    const double at = parabola.a + x * (parabola.b + x * parabola.c);
+    farthest = std::max(farthest, std::abs(m.off_ps[i] - at));
+    off += m.off_ps[i], x_off += x * m.off_ps[i], square += x * x;
+  }
+  if (farthest <= curved_deviations * m.std_ps) return 0;
+  const auto n = static_cast<double>(m.count);
+  double first = 0, last = 0;
+  for (std::size_t i = 0; i < m.count; ++i) {
+    const double x = (m.at_ps[i] - parabola.mean_ps) / parabola.scale_ps;
+    const double from_line = m.off_ps[i] - off / n - x * x_off / square;
     first = std::min(first, from_line), last = std::max(last, from_line);
   }
-  return farthest > curved_deviations * m.std_ps ? last - first : 0;
+  return last - first;
 }
 
 bool is_straight(std::span<const double> syncs, const Line& line) {
   const auto medians = block_medians(syncs, line);
-  return medians && medians->farthest_ps() == 0 && curvature_of(*medians).c == 0;
+  return medians && medians->farthest_ps() == 0 && !curvature_of(*medians).sure;
 }
 
 }  // namespace splid::sync

@@ -5,9 +5,9 @@
 
 #include "daemon/study/calibration/calibration_report.hpp"
 #include "daemon/study/calibration/pattern_calibration.hpp"
+#include "daemon/study/calibration/side_lobe_report.hpp"
 #include "estimator/calibration/shape_stack.hpp"
 #include "estimator/likelihood/bound.hpp"
-#include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/units.hpp"
 #include "protocol/error.hpp"
 #include "python/src/bindings.hpp"
@@ -37,7 +37,7 @@ Bound bound(const Pattern& pattern, double sigma_ps, bool tabulated, const Bound
   }
   if (!tabulated && !(sigma_ps > 0)) throw Error(Fault::usage, "sigma_ps: must be above 0");
   const PulseOptions pulse{tabulated ? Shape::tabulated : Shape::gaussian, sigma_ps};
-  const auto shape = configured_pulse(pattern, pulse);
+  const auto shape = calibration::shape_of(pattern, pulse);
   const py::gil_scoped_release unlocked;
   return cramer_rao_bound(pattern, *shape, scene);
 }

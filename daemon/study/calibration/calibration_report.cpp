@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "daemon/base/text.hpp"
+#include "daemon/study/calibration/side_lobe_report.hpp"
 #include "estimator/calibration/shape_stack.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/units.hpp"
@@ -16,7 +17,11 @@ namespace {
 
 std::string describe_range(const PatternCalibration& calibrated, double length_ms) {
   const Pattern& pattern = calibrated.pattern;
-  if (pattern.mode != Mode::ambiguous) return {};
+  if (pattern.mode != Mode::ambiguous) {
+    const auto shape = make_tabulated(calibrated.calibration.shape);
+    const std::string hardest = describe_side_lobe(pattern, *shape, length_ms);
+    return hardest.empty() ? "" : hardest + "\n";
+  }
   const double range_m = pattern.unambiguous_delay_ps * ns_per_ps * 1e-9 * speed_of_light_mps / 2;
   return fmt::format(
       "ranges {:.6g} m apart cannot be told apart (pulses as even as these, and the light of a "

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "estimator/calibration/calibration.hpp"
+#include "estimator/calibration/input_shift.hpp"
 
 namespace splid::calibration {
 

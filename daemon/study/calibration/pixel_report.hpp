@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/calibration/calibration.hpp"
+#include "estimator/calibration/input_shift.hpp"
 
 namespace splid::calibration {
 

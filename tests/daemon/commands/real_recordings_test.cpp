@@ -256,6 +256,7 @@ TEST_F(RealRecordings, QutagInputsHaveADelayEach) {
   EXPECT_EQ(aligned.err.find("delays_ps"), std::string::npos) << aligned.err;
   // Four pulses 3,128 ps apart to 60 ps are told apart by some hundred photons.
   EXPECT_NE(aligned.err.find("random, 4 pulses"), std::string::npos) << aligned.err;
+  EXPECT_NE(aligned.err.find("hardest to tell from the right delay: "), std::string::npos);
   for (const FrameMessage& frame :
        replay(write_config("measured", R"([1,2],"delays_ps":[0,-2051.9])", found,
                            R"(,"pulse":{"shape":"tabulated"})"))) {
