@@ -29,7 +29,7 @@ class SceneRecords {
       scene_ = std::make_shared<simulator::Scene>(pattern_, options_);
       early_.clear();
     }
-    VectorSink sink(1024);  // some three times what a millisecond of [P]'s light has
+    VectorSink sink(1024);  // a millisecond of [P]'s light has some 450
     TagWriter writer(sink);
     scene_->write_until(end_ps, writer);
     writer.publish();

@@ -42,8 +42,8 @@ void append_little_endian(Number value, std::vector<std::byte>& bytes) {
   put_little_endian(value, &bytes[bytes.size() - sizeof value]);
 }
 
-// Design note: room for all at once. Byte by byte this took two thirds of the thread sanitizer's
-// tests.
+// Design note: room for all at once. Byte by byte this took 38 % of the processor time of the
+// tests Faults.AStopped* and Faults.StrangersAtTheC* under the thread sanitizer.
 inline void append_block(const Tags16Block& block, std::vector<std::byte>& bytes) {
   const std::size_t begin = bytes.size();
   bytes.resize(begin + 32 + 16 * block.records.size());
