@@ -176,8 +176,10 @@ std::vector<IdqFault> idq_faults() {
        },
        "refuses: the port is used by another program",
        [](Double& it) { it.faults.refuses_streams = false; }},
+      // The one after it counts too where it ends before the bridge gives up, as nothing tells
+      // which came.
       {"LostSubAcquisition", "Time Controller: a sub-acquisition of an input does not come",
-       [](Double& it) { it.faults.drops = 1; }, "a sub-acquisition of input"},
+       [](Double& it) { it.faults.drops = 1; }, "did not come whole"},
       {"ClockRestart", "Time Controller: another program stops the measurement",
        [](Double& it) { it.faults.is_stopped = true; },
        "its acquisition was stopped by somebody else; its clock begins anew"},
