@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/calibration/fold_fit.hpp"
 #include "estimator/calibration/pulse_finder.hpp"
 #include "estimator/calibration/shape_stack.hpp"
+#include "estimator/model/chance.hpp"
 #include "estimator/sync/in_quadrature.hpp"
 
 namespace splid::calibration {
@@ -19,6 +19,7 @@ constexpr int stacking_rounds = 4;
 // photons are many, by so little that it does not matter.
 constexpr double settled_deviations = 0.1;
 constexpr double settled_widths = 1e-3;
+constexpr double agreeing_widths = 0.2;  // of the pulses of two inputs
 
 // Moves the shape so that its pulse_point_ps() is at 0, and the times the other way.
 void centre(FoldModel& model) {
@@ -54,30 +55,47 @@ bool settle(FoldModel& model) {
   return false;
 }
 
-// The variance of the amplitude of pulse p, which is its counts over the mean counts.
-double amplitude_variance(const FoldModel& model, const Eigen::MatrixXd& covariance,
-                          std::size_t p) {
+// The variances of the pulses' amplitudes, which are their counts over the mean counts.
+Eigen::VectorXd amplitude_variances(const FoldModel& model, const Eigen::MatrixXd& covariance) {
   const auto pulses = static_cast<Eigen::Index>(model.pulses());
   const double total = model.total_counts();
-  Eigen::VectorXd slope = Eigen::VectorXd::Constant(pulses, -model.counts[p] / total);
-  slope(static_cast<Eigen::Index>(p)) += 1;
-  slope *= static_cast<double>(pulses) / total;
-  return slope.dot(covariance.topLeftCorner(pulses, pulses) * slope);
+  const Eigen::ArrayXd share =
+      Eigen::Map<const Eigen::ArrayXd>(model.counts.data(), pulses) / total;
+  const auto own = covariance.topLeftCorner(pulses, pulses);
+  const Eigen::ArrayXd with_all = own.rowwise().sum();
+  const double scale = static_cast<double>(pulses) / total;
+  return scale * scale *
+         (own.diagonal().array() - 2 * share * with_all + share * share * with_all.sum());
 }
 
 // Design note: the fit takes the shape as given, although the shape came from the same photons, so
 // that it does not see an error that all times have in common. The variance of that common error,
 // 1 / sum of the times' information, is therefore replaced by the variance of the shape's point.
 // The time of a single pulse is known to no better than that.
-double time_variance_ps2(FoldModel& model, const Eigen::MatrixXd& covariance, std::size_t p,
-                         double common_ps2) {
-  const auto pulses = static_cast<Eigen::Index>(model.pulses());
-  double information = 0;
-  for (Eigen::Index q = 0; q < pulses; ++q) {
-    information += 1 / covariance(pulses + q, pulses + q);
+Eigen::VectorXd time_variances_ps2(const Eigen::MatrixXd& covariance, double common_ps2) {
+  const Eigen::ArrayXd own =
+      covariance.diagonal().segment(covariance.rows() / 2, covariance.rows() / 2);
+  return (own - 1 / own.inverse().sum()).max(0) + common_ps2;
+}
+
+// The shift if pulse `lag` of the second input is pulse 0 of the first.
+InputShift shift_at(const Calibration& first, const Calibration& second, std::size_t lag) {
+  const std::size_t pulses = first.pulses.size();
+  const auto count = static_cast<double>(pulses);
+  const double about_ps =
+      std::remainder(second.pulses[lag].time_ps - first.pulses[0].time_ps, first.period_ps);
+  double sum_ps = 0, squares = 0, variance = 0;  // relative to about_ps
+  for (std::size_t p = 0; p < pulses; ++p) {
+    const CalibratedPulse& a = first.pulses[p];
+    const CalibratedPulse& b = second.pulses[(p + lag) % pulses];
+    const double off_ps = std::remainder(b.time_ps - a.time_ps - about_ps, first.period_ps);
+    sum_ps += off_ps;
+    squares += off_ps * off_ps;
+    variance += a.std_time_ps * a.std_time_ps + b.std_time_ps * b.std_time_ps;
   }
-  const Eigen::Index at = pulses + static_cast<Eigen::Index>(p);
-  return std::max(covariance(at, at) - 1 / information, 0.0) + common_ps2;
+  const double mean_ps = sum_ps / count;
+  return {std::remainder(about_ps + mean_ps, first.period_ps), std::sqrt(variance) / count,
+          std::sqrt(std::max(0.0, squares / count - mean_ps * mean_ps))};
 }
 
 }  // namespace
@@ -90,13 +108,15 @@ std::optional<Calibration> calibrate(const PhaseHistogram& fold, double width_ps
   result.settled = settle(model);
   const Eigen::MatrixXd covariance = fold_covariance(model);
   const double common_ps = in_quadrature(std_pulse_point_ps(model), fold.std_phase_ps());
+  const Eigen::VectorXd of_amplitudes = amplitude_variances(model, covariance);
+  const Eigen::VectorXd of_times = time_variances_ps2(covariance, common_ps * common_ps);
   const double mean_counts = model.total_counts() / static_cast<double>(model.pulses());
   for (std::size_t p = 0; p < model.pulses(); ++p) {
+    const auto at = static_cast<Eigen::Index>(p);
     const double turns = model.times_ps[p] / model.period_ps();
-    result.pulses.push_back(
-        {model.times_ps[p] - model.period_ps() * std::floor(turns),
-         std::sqrt(time_variance_ps2(model, covariance, p, common_ps * common_ps)),
-         model.counts[p] / mean_counts, std::sqrt(amplitude_variance(model, covariance, p))});
+    result.pulses.push_back({model.times_ps[p] - model.period_ps() * std::floor(turns),
+                             std::sqrt(of_times(at)), model.counts[p] / mean_counts,
+                             std::sqrt(of_amplitudes(at))});
   }
   std::sort(
       result.pulses.begin(), result.pulses.end(),
@@ -134,6 +154,26 @@ double photons_wanted(const Calibration& calibration, const Goal& goal) {
     factor = std::max({factor, of_time * of_time, of_amplitude * of_amplitude});
   }
   return factor;
+}
+
+std::optional<InputShift> shift_between(const Calibration& first, const Calibration& second) {
+  const std::size_t pulses = first.pulses.size();
+  if (pulses == 0 || second.pulses.size() != pulses) return std::nullopt;
+  std::optional<InputShift> best;
+  for (std::size_t lag = 0; lag < pulses; ++lag) {
+    const InputShift shift = shift_at(first, second, lag);
+    // The deviation of this pulse in both inputs together.
+    const double noise_ps = shift.std_ps * std::sqrt(static_cast<double>(pulses));
+    const bool as_good = best && std::abs(shift.rms_ps - best->rms_ps) < noise_ps;
+    if (!best || (as_good ? std::abs(shift.shift_ps) < std::abs(best->shift_ps)
+                          : shift.rms_ps < best->rms_ps)) {
+      best = shift;
+    }
+  }
+  const double noise_ps = best->std_ps * std::sqrt(static_cast<double>(pulses));
+  const double agreeing_ps = std::max(agreeing_widths * first.width_ps, sure_deviations * noise_ps);
+  if (best->rms_ps > agreeing_ps) return std::nullopt;
+  return best;
 }
 
 }  // namespace splid::calibration

@@ -14,13 +14,13 @@
 //   phase_histogram.hpp   the photons of a recording, folded on the pattern period
 //   pulse_finder.hpp      where in the fold there are pulses, when nobody knows what was played
 //   pair_width.hpp        how wide its pulses are, when the configured width is wrong
-//   fold_model.hpp        what the fold should hold: background, and pulses of one shape
-//   fold_fit.hpp          the pulses' times and counts by maximum likelihood, their shape given
+//   fold_model.hpp        what the fold should hold: background, and pulses of one shape, whose
+//                         times and counts are fitted by maximum likelihood
 //   shape_stack.hpp       the shape of all pulses together, their times given
-//   calibration.hpp       both in turn, until no time moves
+//   calibration.hpp       both in turn, until no time moves; and how one input of a detector sees
+//                         the pulses of another
 //   rest_check.hpp        whether the target was at rest, to less than a pulse width
 //   target_motion.hpp     where its photons went, if it was not
-//   input_shift.hpp       how one input of a detector sees the pulses of another
 //   side_lobes.hpp        the delays that a pattern's photons can take for the right one
 
 namespace splid::calibration {
@@ -69,5 +69,18 @@ struct Goal {
 // The factor by which the number of photons has to grow until every pulse is known so well. At 1 or
 // less they are.
 double photons_wanted(const Calibration& calibration, const Goal& goal);
+
+// How the pulses of a second input of a detector lie to those of the first.
+struct InputShift {
+  double shift_ps = 0;  // how much later the second's pulses come; within half a period about 0
+  double std_ps = 0;    // one standard deviation of the shift
+  double rms_ps = 0;    // distance that is left between the pulses after the shift
+};
+
+// The shift that brings the second input's pulses onto those of the first. Absent where the inputs
+// do not have the same number of pulses, or where at no shift all pulses fall on one another, to
+// within a fifth of a pulse width or five of their own deviations. Of shifts that are equally good,
+// as an even comb has them, the smallest is taken.
+std::optional<InputShift> shift_between(const Calibration& first, const Calibration& second);
 
 }  // namespace splid::calibration

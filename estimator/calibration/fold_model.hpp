@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <memory>
 #include <vector>
@@ -33,6 +34,18 @@ class FoldModel {
   // The same for a reach of the caller's choice, without h and slope.
   [[nodiscard]] Window window(std::size_t pulse, double first_ps, double last_ps) const;
 
+  // Calls take(p, window, i, bin) for each bin of the fold that each pulse p reaches: element i of
+  // the pulse's window.
+  template <typename Take>
+  void each_reached(const Take& take) const {
+    for (std::size_t p = 0; p < pulses(); ++p) {
+      const Window reached = window(p);
+      for (std::size_t i = 0; i < reached.h.size(); ++i) {
+        take(p, reached, i, fold_.wrapped(reached.first + static_cast<std::ptrdiff_t>(i)));
+      }
+    }
+  }
+
   [[nodiscard]] const PhaseHistogram& fold() const { return fold_; }
   [[nodiscard]] double period_ps() const { return period_ps_; }
   [[nodiscard]] double bin_ps() const { return bin_ps_; }
@@ -62,5 +75,15 @@ class FoldModel {
   std::unique_ptr<PulseShape> shape_;
   std::vector<double> rates_;
 };
+
+// The fit of a fold by its Poisson likelihood, with the pulses' shape given. Parameters 0 .. P-1
+// are the counts of the P pulses, P .. 2P-1 their times (ps), and 2P is the background (1/ps).
+//
+// Brings the model to the maximum by Fisher scoring; counts and background stay above zero.
+// Allocates a matrix of 2P + 1 rows.
+void fit_fold(FoldModel& model);
+// The covariance of the parameters: the inverse of the expected Fisher information at the model's
+// values.
+Eigen::MatrixXd fold_covariance(FoldModel& model);
 
 }  // namespace splid::calibration

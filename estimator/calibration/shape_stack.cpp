@@ -28,16 +28,14 @@ double step_ps(const FoldModel& model) {
   return std::max(model.width_ps() * std::clamp(widths, 0.125, 0.5), fold_step_ps);
 }
 
-using Stack = StackedPhotons;
-
 // An empty stack that goes as far to either side as a pulse may reach.
-Stack wide_stack(const FoldModel& model) {
+StackedPhotons wide_stack(const FoldModel& model) {
   const double width_ps = model.width_ps();
   const double gap_ps = model.median_gap_ps();
   const double after_ps =
       std::max(pulse_reach_widths * width_ps,
                std::min(gap_ps - reach_before_widths * width_ps, reach_after_widths * width_ps));
-  Stack stack;
+  StackedPhotons stack;
   stack.step_ps = step_ps(model);
   const double before = std::ceil(reach_before_widths * width_ps / stack.step_ps);
   stack.first_ps = -before * stack.step_ps;
@@ -52,7 +50,7 @@ struct Extent {
   std::size_t begin, end;
 };
 
-Extent significant_extent(const FoldModel& model, const Stack& stack) {
+Extent significant_extent(const FoldModel& model, const StackedPhotons& stack) {
   const std::size_t size = stack.net.size();
   // The deviation holds the noise of the background too, which is known from the gaps between the
   // pulses alone. Of some 10^4 runs noise lets one pass in one of 300 calibrations; the table is
@@ -126,15 +124,11 @@ void sharpen(FoldModel& model) {
   const std::vector<double>& rates = model.rates();
   std::vector<double> seen(table.density.size());
   std::vector<double> expected(table.density.size());
-  for (std::size_t p = 0; p < model.pulses(); ++p) {
-    const Window window = model.window(p);
-    for (std::size_t i = 0; i < window.h.size(); ++i) {
-      const std::size_t k = bin_of(model, window, i);
-      const Place place(table, window.offset_ps[i]);
-      share_out(seen, place, model.counts[p] * model.fold().counts()[k] / rates[k]);
-      share_out(expected, place, model.counts[p]);
-    }
-  }
+  model.each_reached([&](std::size_t p, const Window& window, std::size_t i, std::size_t bin) {
+    const Place place(table, window.offset_ps[i]);
+    share_out(seen, place, model.counts[p] * model.fold().counts()[bin] / rates[bin]);
+    share_out(expected, place, model.counts[p]);
+  });
   for (std::size_t j = 0; j < seen.size(); ++j) {
     if (expected[j] > 0) table.density[j] *= seen[j] / expected[j];
   }
@@ -145,7 +139,7 @@ void sharpen(FoldModel& model) {
 }  // namespace
 
 StackedPhotons stack_photons(FoldModel& model) {
-  Stack stack = wide_stack(model);
+  StackedPhotons stack = wide_stack(model);
   const std::vector<double>& rates = model.rates();
   const double low_ps = stack.first_ps - stack.step_ps / 2;
   const double high_ps = stack.offset_ps(stack.net.size() - 1) + stack.step_ps / 2;
@@ -174,7 +168,7 @@ void improve_shape(FoldModel& model) {
 }
 
 void stack_shape(FoldModel& model) {
-  const Stack stack = stack_photons(model);
+  const StackedPhotons stack = stack_photons(model);
   const Extent extent = significant_extent(model, stack);
   TabulatedPulse table{stack.offset_ps(extent.begin), stack.step_ps, {}};
   const double peak = *std::max_element(stack.net.begin(), stack.net.end());
@@ -217,12 +211,9 @@ std::vector<double> std_density(FoldModel& model) {
   const TabulatedPulse& table = model.table();
   const std::vector<double>& rates = model.rates();
   std::vector<double> photons(table.density.size());
-  for (std::size_t p = 0; p < model.pulses(); ++p) {
-    const Window window = model.window(p);
-    for (std::size_t i = 0; i < window.h.size(); ++i) {
-      share_out(photons, Place(table, window.offset_ps[i]), rates[bin_of(model, window, i)]);
-    }
-  }
+  model.each_reached([&](std::size_t, const Window& window, std::size_t i, std::size_t bin) {
+    share_out(photons, Place(table, window.offset_ps[i]), rates[bin]);
+  });
   for (double& value : photons) value = std::sqrt(value) / (model.total_counts() * table.step_ps);
   return photons;
 }

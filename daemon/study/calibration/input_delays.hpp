@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "estimator/calibration/calibration.hpp"
-#include "estimator/calibration/input_shift.hpp"
 
 namespace splid::calibration {
 

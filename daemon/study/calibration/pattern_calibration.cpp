@@ -17,7 +17,6 @@
 #include "daemon/stream/sync_diagnosis.hpp"
 #include "daemon/study/calibration/side_lobe_report.hpp"
 #include "drivers/replay/replay.hpp"
-#include "estimator/calibration/input_shift.hpp"
 #include "estimator/calibration/pair_width.hpp"
 #include "estimator/calibration/target_motion.hpp"
 #include "estimator/model/units.hpp"

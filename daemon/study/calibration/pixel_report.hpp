@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/calibration/input_shift.hpp"
+#include "estimator/calibration/calibration.hpp"
 
 namespace splid::calibration {
 
