@@ -12,8 +12,7 @@
 // The room calibration/ measures the pulses of a pattern in a recording of a target at rest. Open
 // this file first. Its parts:
 //   phase_histogram.hpp   the photons of a recording, folded on the pattern period
-//   pulse_finder.hpp      where in the fold there are pulses, when nobody knows what was played
-//   pair_width.hpp        how wide its pulses are, when the configured width is wrong
+//   pulse_finder.hpp      where in the fold there are pulses, and how wide, when nobody knows
 //   fold_model.hpp        what the fold should hold: background, and pulses of one shape, whose
 //                         times and counts are fitted by maximum likelihood
 //   shape_stack.hpp       the shape of all pulses together, their times given
