@@ -18,8 +18,7 @@
 //   shape_stack.hpp       the shape of all pulses together, their times given
 //   calibration.hpp       both in turn, until no time moves; and how one input of a detector sees
 //                         the pulses of another
-//   rest_check.hpp        whether the target was at rest, to less than a pulse width
-//   target_motion.hpp     where its photons went, if it was not
+//   rest_check.hpp        whether the target was at rest, and where its photons went if it was not
 //   side_lobes.hpp        the delays that a pattern's photons can take for the right one
 
 namespace splid::calibration {

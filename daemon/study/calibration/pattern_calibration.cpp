@@ -18,7 +18,6 @@
 #include "daemon/study/calibration/side_lobe_report.hpp"
 #include "drivers/replay/replay.hpp"
 #include "estimator/calibration/pulse_finder.hpp"
-#include "estimator/calibration/target_motion.hpp"
 #include "estimator/model/units.hpp"
 #include "protocol/error.hpp"
 

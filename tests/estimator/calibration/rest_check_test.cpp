@@ -6,7 +6,6 @@
 #include <functional>
 #include <vector>
 
-#include "estimator/calibration/target_motion.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid::calibration {
