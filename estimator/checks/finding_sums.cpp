@@ -38,9 +38,10 @@ void FindingSums::add(const FoldedFrame& frame) {
   frames_ += 1, length_ns_ += frame.length_ns, seen_ns_ += frame.seen_ns;
 }
 
-void FindingSums::add(FoundList& all, const FindingRow& row, double amount, double gain_nats,
-                      const FindingScale& scale) {
+void FindingSums::say(FoundList& all, const FindingRow& row, double amount,
+                      double gain_nats) const {
   if (2 * gain_nats < sure_squares) return;
+  const FindingScale scale = {length_ns_ / frames_, seen_ns_ / frames_};
   all.add(row.found(row.value(amount, scale), gain_nats));
 }
 
@@ -49,7 +50,6 @@ void FindingSums::add(FoundList& all, const FindingRow& row, double amount, doub
 void FindingSums::add_sum(FoundList& all, std::size_t row) const {
   const RowScore& sum = rows_[row];
   const FindingRow& named = finding_table()[row];
-  const FindingScale scale = {length_ns_ / frames_, seen_ns_ / frames_};
   if (!(sum.information[0] > 0)) return;
   double amount = 0, squares = 0;
   for (std::size_t t = 0; t < sum.score.size(); ++t) {
@@ -59,18 +59,17 @@ void FindingSums::add_sum(FoundList& all, std::size_t row) const {
   }
   if (named.keeps_sign) {
     if (named.is_flat_light() && amount < 0) return;
-    return add(all, named, amount, squares / 2, scale);
+    return say(all, named, amount, squares / 2);
   }
   const SquareSum chi = {sum.squares - sum.degrees, 2 * sum.degrees, 8 * sum.degrees, 0};
   const double more = std::max(0.0, sum.squares / sum.degrees - 1);
-  add(all, named, std::sqrt(more * frames_ / sum.information[0]), chi.gain_nats(), scale);
+  say(all, named, std::sqrt(more * frames_ / sum.information[0]), chi.gain_nats());
 }
 
 FoundList FindingSums::found() const {
   FoundList all;
   if (frames_ == 0) return all;
   for (std::size_t row = 0; row < rows_with_directions; ++row) add_sum(all, row);
-  const FindingScale scale = {length_ns_ / frames_, seen_ns_ / frames_};
   SquareSum pulses, phases;
   for (std::size_t p = 0; p < by_pulse_.size(); ++p)
     pulses.add(by_pulse_[p], expected_[p], light_[p]);
@@ -83,8 +82,8 @@ FoundList FindingSums::found() const {
     if (is_free[k] != 0) phases.add(by_phase_[k], photons * seen_phase_[k] / seen);
   }
   const double amount = std::sqrt(std::max(0.0, phases.excess) * bins) / frames_;
-  add(all, finding_table()[phase_row], amount, phases.gain_nats(), scale);
-  add(all, finding_table()[pulse_row], pulses.relative(), pulses.gain_nats(), scale);
+  say(all, finding_table()[phase_row], amount, phases.gain_nats());
+  say(all, finding_table()[pulse_row], pulses.relative(), pulses.gain_nats());
   return all;
 }
 

@@ -24,8 +24,7 @@ class FindingSums {
 
  private:
   void add_sum(FoundList& all, std::size_t row) const;
-  static void add(FoundList& all, const FindingRow& row, double amount, double gain_nats,
-                  const FindingScale& scale);
+  void say(FoundList& all, const FindingRow& row, double amount, double gain_nats) const;
 
   const Findings& findings_;
   std::array<RowScore, rows_with_directions> rows_;

@@ -1,16 +1,29 @@
 #include "estimator/checks/frame_checks.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "estimator/model/chance.hpp"
+
 namespace splid::checks {
+namespace {
+
+constexpr std::size_t most_stray = 4;
+constexpr double stray_ratio = 4;  // over the median of the pulses' photons
+
+}  // namespace
 
 FrameChecks::FrameChecks(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons,
                          double dead_time_ns, double reach_ns)
-    : findings_(train, shape, max_photons, dead_time_ns),
+    : train_(train),
+      pulse_reach_ns_(pulse_reach_widths * shape.width_ns()),
+      findings_(train, shape, max_photons, dead_time_ns),
       sums_{FindingSums(findings_), FindingSums(findings_)},
-      stray_(train, shape.width_ns(), max_photons),
-      cleaned_(train, max_photons, reach_ns) {}
+      cleaned_(train, max_photons, reach_ns) {
+  sorted_.reserve(findings_.map().by_pulse().size());
+  stays_.reserve(max_photons);
+}
 
 // The first target comes last, so that its residual map is there to be summed up.
 std::array<Verdict, most_targets> FrameChecks::judge(const FrameView& view,
@@ -32,12 +45,37 @@ std::array<Verdict, most_targets> FrameChecks::judge(const FrameView& view,
 }
 
 std::optional<Finding> FrameChecks::take_stray_light(FoldedFrame& frame, const DelayTrack& target) {
-  const std::optional<Finding> finding = stray_.look(findings_.map(), frame, target);
-  if (finding) {
-    cleaned_.take_some(stray_.stays(), frame);
-    std::swap(cleaned_, frame);
+  const std::span<const double> counts = findings_.map().by_pulse();
+  if (counts.size() < fewest_pulses) return std::nullopt;
+  sorted_.assign(counts.begin(), counts.end());
+  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
+  std::nth_element(sorted_.begin(), middle, sorted_.end());
+  const double usual = std::max(1.0, *middle);
+  const double most = stray_ratio * usual + sure_deviations_of_many * std::sqrt(usual);
+  std::array<double, most_stray> at_ns{};
+  std::size_t stray = 0;
+  double photons = 0, gain_nats = 0;
+  for (std::size_t p = 0; p < counts.size(); ++p) {
+    if (counts[p] <= most) continue;
+    if (stray == most_stray) return std::nullopt;
+    at_ns[stray++] = train_.segments.front().comb.times_ns[p];
+    photons += counts[p] - usual;
+    gain_nats += counts[p] * std::log(counts[p] / usual) - (counts[p] - usual);
   }
-  return finding;
+  if (stray == 0) return std::nullopt;
+  stays_.resize(frame.size());
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const double off_ns = frame.phase_ns[i] - target.at(frame.time_ns[i] / frame.length_ns);
+    const bool is_stray = std::any_of(at_ns.begin(), at_ns.begin() + stray, [&](double pulse_ns) {
+      return std::abs(std::remainder(off_ns - pulse_ns, train_.period_ns)) < pulse_reach_ns_;
+    });
+    stays_[i] = is_stray ? 0 : 1;
+  }
+  const double per_s = 1e9 / frame.seen_ns;
+  cleaned_.take_some(stays_, frame);
+  std::swap(cleaned_, frame);
+  return Finding{finding_table()[phase_row].name, photons * per_s,
+                 std::sqrt(photons + 2 * usual) * per_s, gain_nats};
 }
 
 void FrameChecks::put_back(FoldedFrame& frame) { std::swap(cleaned_, frame); }

@@ -2,11 +2,12 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "estimator/checks/finding_sums.hpp"
 #include "estimator/checks/findings.hpp"
-#include "estimator/checks/stray_light.hpp"
 #include "estimator/likelihood/maximizer.hpp"
 #include "estimator/model/frame_view.hpp"
 
@@ -23,9 +24,11 @@ class FrameChecks {
   std::array<Verdict, most_targets> judge(const FrameView& view, const FoldedFrame& frame,
                                           const likelihood::Maximum& fitted,
                                           std::size_t track_terms);
-  // Takes the light at single places of the period out of a frame whose best target is none: a
-  // target may be beside it. target: of the frame that was judged last. Empty, and the frame is
-  // unchanged, where there is no such light.
+  // Takes the light at single places of the pattern's period, as a pick-up of the syncs makes it,
+  // out of a frame whose best target is none. The search takes it for a target whose other pulses
+  // are dark, and a target of less light beside it is not seen. target: of the frame that was
+  // judged last. Empty, and the frame is unchanged, where no pulse has far more light than most
+  // others, or many have.
   std::optional<Finding> take_stray_light(FoldedFrame& frame, const DelayTrack& target);
   // Gives a frame the light back that was taken out of it.
   void put_back(FoldedFrame& frame);
@@ -34,11 +37,14 @@ class FrameChecks {
   const FoundList& sum_up(const FoldedFrame& frame);
 
  private:
+  const PulseTrain& train_;
+  double pulse_reach_ns_;
   Findings findings_;
   std::array<FindingSums, 2> sums_;  // begun 50 frames apart
   std::size_t older_ = 0;
   FoundList recent_;
-  StrayLight stray_;
+  std::vector<double> sorted_;       // scratch: photons by pulse
+  std::vector<std::uint8_t> stays_;  // scratch: what is not stray, one a photon
   FoldedFrame cleaned_;
 };
 
