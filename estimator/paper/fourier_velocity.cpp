@@ -16,16 +16,6 @@ constexpr double most_steps = 2e4;
 
 using Power = std::function<double(double rate)>;
 
-// The rate n * step with the largest power, |n| <= steps: the lowest where several are equal.
-double best_rate(const Power& power, double step, int steps) {
-  double best = 0, largest = 0;
-  for (int n = -steps; n <= steps; ++n) {
-    const double here = power(n * step);
-    if (here > largest) largest = here, best = n * step;
-  }
-  return best;
-}
-
 // The place of the largest value in [low, high], by golden section; the value has one maximum
 // there.
 double maximum_of(const Power& power, double low, double high) {
@@ -87,7 +77,12 @@ double fourier_velocity_mps(const TrainPhotons& photons, double width_ns, double
   const auto bins = static_cast<std::size_t>(std::ceil(photons.period_ns / bin_ns));
   const Power power = [&](double rate) { return harmonic_power(photons, bins, rate); };
   const double step = bin_ns / span_ns;
-  const double start = best_rate(power, step, static_cast<int>(std::ceil(max_rate / step)));
+  const auto steps = static_cast<int>(std::ceil(max_rate / step));
+  double start = 0, largest = 0;
+  for (int n = -steps; n <= steps; ++n) {
+    const double here = power(n * step);
+    if (here > largest) largest = here, start = n * step;
+  }
   const double rate = maximum_of(power, start - 1.5 * step, start + 1.5 * step);
   // This is c (f - f') / (f + f') with f' = (1 - g) f. Computed with f' itself it would lose the
   // digits of g.

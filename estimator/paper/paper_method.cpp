@@ -12,9 +12,18 @@ PaperMethod::PaperMethod(const Pattern& pattern, const PulseShape& shape, const 
     : shape_(shape),
       scene_(scene),
       max_speed_mps_(scene.motion == Motion::static_target ? 0 : scene.max_speed_mps),
+      mode_(pattern.mode),
       unambiguous_ns_(pattern.unambiguous_delay_ps * ns_per_ps),
-      train_(pattern),
-      start_(pattern, train_, shape, max_speed_mps_, theorem) {}
+      theorem_(theorem),
+      train_(pattern) {
+  if (mode_ == Mode::interleaved) {
+    for (const double subperiod_ps : pattern.subperiods_ps) {
+      repetitions_.push_back(subperiod_of(subperiod_ps * ns_per_ps));
+    }
+  } else if (mode_ != Mode::random) {
+    for (const auto& segment : train_.segments) repetitions_.push_back(repetition_of(segment.comb));
+  }
+}
 
 PaperResult PaperMethod::estimate(const FrameView& view) const {
   if (!view.sync.locked) return {};
@@ -31,7 +40,7 @@ PaperResult PaperMethod::estimate(const FrameView& view, const FoldedFrame& fram
   if (frame.size() < least_photons || !(frame.seen_ns > 0)) return result;
   const auto [first, last] = std::minmax_element(view.photons_ps.begin(), view.photons_ps.end());
   if (*first == *last) return result;
-  const std::optional<PaperParameters> start = start_.find(view, frame);
+  const std::optional<PaperParameters> start = find_start(view, frame);
   if (!start) return result;
 
   likelihood::LogLikelihood likelihood(shape_, train_, frame.size(), {});

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "estimator/model/options.hpp"
 #include "estimator/paper/alternation.hpp"
-#include "estimator/paper/paper_start.hpp"
+#include "estimator/paper/crt.hpp"
+#include "estimator/paper/train_photons.hpp"
 #include "estimator/search/frame_search.hpp"
 #include "protocol/pattern.hpp"
 
@@ -12,7 +14,7 @@
 // initialisers, then L-BFGS on two pairs of parameters in turn, with the likelihood of likelihood/.
 // It allocates and is slower than search/. Open this file first. Its parts, in the order in which a
 // folded frame passes them:
-//   paper_start.hpp        where the refinement starts, by mode
+//   paper_start.cpp        where the refinement starts, by mode
 //     matched_filter.hpp     random patterns: [P] Eq. 8 to 10
 //     train_photons.hpp      other modes: the photons of one pulse train, those that belong to a
 //                            sub-period of an interleaved pattern, their delay modulo the period,
@@ -59,9 +61,6 @@ class PaperMethod {
   // pattern: valid.
   PaperMethod(const Pattern& pattern, const PulseShape& shape, const SceneOptions& scene,
               RemainderTheorem theorem = crt_mixed_integer);
-  // No copies, as start_ refers to train_.
-  PaperMethod(const PaperMethod&) = delete;
-  PaperMethod& operator=(const PaperMethod&) = delete;
 
   [[nodiscard]] PaperResult estimate(const FrameView& view) const;
   // The same as a start that is judged as a result of the search is: by the same likelihood, with
@@ -72,12 +71,34 @@ class PaperMethod {
  private:
   [[nodiscard]] PaperResult estimate(const FrameView& view, const FoldedFrame& frame) const;
 
+  // The evenly spaced pulses of a comb, taken as one pulse in each of their spacings.
+  struct Repetition {
+    double period_ns;
+    double offset_ns;  // where the pulse is in that period
+    double amplitude;  // of the pulse; the mean where several differ
+  };
+  [[nodiscard]] Repetition repetition_of(const Comb& comb) const;
+  [[nodiscard]] Repetition subperiod_of(double nominal_ns) const;
+  [[nodiscard]] TrainPhotons photons_of(const FrameView& view, const FoldedFrame& frame,
+                                        std::size_t index) const;
+  [[nodiscard]] TrainPhotons photons_of_subperiod(const FoldedFrame& frame,
+                                                  const Repetition& subperiod) const;
+  // Fourier analysis and censoring of each train. The result is the mean over the trains, with the
+  // delay that the Chinese remainder theorem makes of the trains' delays.
+  [[nodiscard]] std::optional<PaperParameters> from_trains(
+      const std::vector<TrainPhotons>& trains) const;
+  // Where the refinement starts. Absent where the photons show no peak.
+  [[nodiscard]] std::optional<PaperParameters> find_start(const FrameView& view,
+                                                          const FoldedFrame& frame) const;
+
   const PulseShape& shape_;
   SceneOptions scene_;
-  double max_speed_mps_;
+  double max_speed_mps_;  // 0 for a target at rest
+  Mode mode_;
   double unambiguous_ns_;
+  RemainderTheorem theorem_;
   PulseTrain train_;
-  PaperStart start_;
+  std::vector<Repetition> repetitions_;  // of each train, or of each sub-period where interleaved
 };
 
 }  // namespace splid::paper

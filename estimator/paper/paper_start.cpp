@@ -1,34 +1,16 @@
-#include "estimator/paper/paper_start.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "estimator/model/units.hpp"
 #include "estimator/paper/fourier_velocity.hpp"
 #include "estimator/paper/matched_filter.hpp"
+#include "estimator/paper/paper_method.hpp"
 
 namespace splid::paper {
 
-PaperStart::PaperStart(const Pattern& pattern, const PulseTrain& train, const PulseShape& shape,
-                       double max_speed_mps, RemainderTheorem theorem)
-    : train_(train),
-      shape_(shape),
-      max_speed_mps_(max_speed_mps),
-      mode_(pattern.mode),
-      unambiguous_ns_(pattern.unambiguous_delay_ps * ns_per_ps),
-      theorem_(theorem) {
-  if (mode_ == Mode::interleaved) {
-    for (const double subperiod_ps : pattern.subperiods_ps) {
-      repetitions_.push_back(subperiod_of(subperiod_ps * ns_per_ps));
-    }
-  } else if (mode_ != Mode::random) {
-    for (const auto& segment : train.segments) repetitions_.push_back(repetition_of(segment.comb));
-  }
-}
-
 // A train whose pulses are not evenly spaced is no periodic mode of [P]. Its strongest pulse then
 // stands for all of them.
-PaperStart::Repetition PaperStart::repetition_of(const Comb& comb) const {
+PaperMethod::Repetition PaperMethod::repetition_of(const Comb& comb) const {
   const auto pulses = static_cast<double>(comb.times_ns.size());
   const double spacing_ns = comb.period_ns / pulses;
   bool even = true;
@@ -44,7 +26,7 @@ PaperStart::Repetition PaperStart::repetition_of(const Comb& comb) const {
 
 // The pulses of a sub-period are where most of the pattern's light lies modulo t_k. That is at 0,
 // except in a calibrated pattern, whose times may have any origin.
-PaperStart::Repetition PaperStart::subperiod_of(double nominal_ns) const {
+PaperMethod::Repetition PaperMethod::subperiod_of(double nominal_ns) const {
   const Comb& comb = train_.segments.front().comb;
   const double turns = std::round(comb.period_ns / nominal_ns);
   const double period_ns = comb.period_ns / turns;
@@ -55,8 +37,8 @@ PaperStart::Repetition PaperStart::subperiod_of(double nominal_ns) const {
   return {period_ns, cluster.middle_ns, cluster.weight / turns};
 }
 
-TrainPhotons PaperStart::photons_of(const FrameView& view, const FoldedFrame& frame,
-                                    std::size_t index) const {
+TrainPhotons PaperMethod::photons_of(const FrameView& view, const FoldedFrame& frame,
+                                     std::size_t index) const {
   const PulseTrain::Segment& train = train_.segments[index];
   const double length_ns = train.end_ns - train.begin_ns, period_ns = train_.period_ns;
   const Repetition& repetition = repetitions_[index];
@@ -86,8 +68,8 @@ TrainPhotons PaperStart::photons_of(const FrameView& view, const FoldedFrame& fr
   return photons;
 }
 
-TrainPhotons PaperStart::photons_of_subperiod(const FoldedFrame& frame,
-                                              const Repetition& subperiod) const {
+TrainPhotons PaperMethod::photons_of_subperiod(const FoldedFrame& frame,
+                                               const Repetition& subperiod) const {
   TrainPhotons photons;
   photons.period_ns = subperiod.period_ns;
   for (std::size_t j = 0; j < frame.size(); ++j) {
@@ -103,7 +85,7 @@ TrainPhotons PaperStart::photons_of_subperiod(const FoldedFrame& frame,
   return photons;
 }
 
-std::optional<PaperParameters> PaperStart::from_trains(
+std::optional<PaperParameters> PaperMethod::from_trains(
     const std::vector<TrainPhotons>& trains) const {
   PaperParameters mean;
   std::vector<double> delays_ns, counts;
@@ -139,16 +121,14 @@ std::optional<PaperParameters> PaperStart::from_trains(
   return mean;
 }
 
-PaperParameters PaperStart::by_matched_filter(const FoldedFrame& frame) const {
-  const double delay_ns = matched_delay_ns(frame, train_, shape_);
-  const Counting counting =
-      count_signal(frame, train_, shape_.width_ns(), delay_ns, max_speed_mps_);
-  return {delay_ns, 0, counting.signal_per_pulse, counting.background_per_ns};
-}
-
-std::optional<PaperParameters> PaperStart::find(const FrameView& view,
-                                                const FoldedFrame& frame) const {
-  if (mode_ == Mode::random) return by_matched_filter(frame);
+std::optional<PaperParameters> PaperMethod::find_start(const FrameView& view,
+                                                       const FoldedFrame& frame) const {
+  if (mode_ == Mode::random) {
+    const double delay_ns = matched_delay_ns(frame, train_, shape_);
+    const Counting counting =
+        count_signal(frame, train_, shape_.width_ns(), delay_ns, max_speed_mps_);
+    return PaperParameters{delay_ns, 0, counting.signal_per_pulse, counting.background_per_ns};
+  }
   std::vector<TrainPhotons> trains;
   for (std::size_t k = 0; k < repetitions_.size(); ++k) {
     trains.push_back(mode_ == Mode::interleaved ? photons_of_subperiod(frame, repetitions_[k])

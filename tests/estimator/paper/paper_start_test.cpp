@@ -1,9 +1,8 @@
-#include "estimator/paper/paper_start.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "estimator/paper/paper_method.hpp"
 #include "protocol/pattern_make.hpp"
 #include "tests/estimator/paper/paper_scene.hpp"
 
@@ -13,8 +12,14 @@ namespace {
 constexpr double velocities_mps[] = {0, 10, 77, -140};
 
 std::optional<PaperParameters> start_of(const test::PaperScene& scene, double max_speed_mps = 150) {
-  const PaperStart start(scene.made.pattern, scene.train, *scene.shape, max_speed_mps);
-  return start.find(scene.frame.view(), scene.folded);
+  SceneOptions options;
+  options.max_speed_mps = max_speed_mps;
+  if (max_speed_mps == 0) options.motion = Motion::static_target;
+  const PaperMethod method(scene.made.pattern, *scene.shape, options);
+  PaperResult result = method.estimate(scene.frame.view());
+  if (result.stop == Stop::not_run) return std::nullopt;
+  result.start.delay_ns /= scene.folded.scale;
+  return result.start;
 }
 
 // Within what refinement reaches: tau by ten pulse widths at most, and the line's far end too.
