@@ -79,18 +79,20 @@ FieldEstimator::FieldEstimator(const StreamOptions& options, std::size_t max_pho
     pool_.emplace(own.pattern, own.pulse, own.scene, own.estimator, own.frame.length_ms, directions,
                   own.drift.reference);
   }
-  if (helps(options)) help_.emplace(directions);
+  if (helps(options)) helping_.emplace(directions, 1);
 }
 
 void FieldEstimator::estimate(EstimationUnit& unit) {
   if (!unit.wanted) return;
-  if (help_) tell_neighbours(unit);
+  if (helping_) tell_neighbours(unit);
   if (rigid_ || pool_) join(unit);
 }
 
 void FieldEstimator::tell_neighbours(EstimationUnit& unit) {
   for (std::size_t k = 0; k < seen_.size(); ++k) seen_[k] = unit.pixels[k].seen;
-  for (std::size_t k = 0; k < seen_.size(); ++k) unit.pixels[k].help = help_->help(k, seen_);
+  for (std::size_t k = 0; k < seen_.size(); ++k) {
+    unit.pixels[k].help = array::help_of(*helping_, k, seen_);
+  }
 }
 
 void FieldEstimator::join(EstimationUnit& unit) {

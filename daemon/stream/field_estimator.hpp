@@ -37,7 +37,7 @@ class FieldEstimator {
 
   std::optional<array::RigidScene> rigid_;
   std::optional<array::PooledScene> pool_;
-  std::optional<array::NeighboursHelp> help_;
+  std::optional<array::Neighbours> helping_;
   std::vector<FrameView> views_;
   std::vector<Estimate> estimates_;
   std::vector<int> bodies_;

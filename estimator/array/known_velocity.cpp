@@ -6,10 +6,8 @@
 
 namespace splid::array {
 
-double slope_of(double velocity_mps) { return walk_ns_at(velocity_mps, 1); }
-
 FrameView at_rest(const FrameView& frame, double velocity_mps) {
-  const double stretch = 1 / (1 - slope_of(velocity_mps));
+  const double stretch = 1 / (1 - walk_ns_at(velocity_mps, 1));
   FrameView still = frame;
   SyncFit& sync = still.sync;
   // From mid-frame to the pattern start nearest to it.

@@ -22,9 +22,6 @@ struct Velocity {
   double std_mps = 0;
 };
 
-// g of FoldedFrame: how far the delay of a target at this velocity walks in a ns.
-double slope_of(double velocity_mps);
-
 // The same frame with the pattern's clock slower by 1 - g: the photons of a target at this velocity
 // are then those of a target at rest, at the delay D that it has at mid-frame.
 //

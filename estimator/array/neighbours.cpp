@@ -33,38 +33,34 @@ double pitch_deg(std::span<const PixelDirection> directions) {
 
 }  // namespace
 
-Neighbours::Neighbours(std::span<const PixelDirection> directions, std::size_t rings)
-    : rings_(rings) {
+Neighbours::Neighbours(std::span<const PixelDirection> directions, std::size_t rings) {
   const double pitch = pitch_deg(directions);
-  for (std::size_t k = 0; k < directions.size(); ++k) {
-    const auto from = static_cast<std::ptrdiff_t>(near_.size());
-    begins_.push_back(near_.size());
-    const auto ring_of = [&](std::size_t other) {
-      return pitch > 0 ? apart_deg(directions[k], directions[other]) / pitch : 0;
-    };
+  for (const PixelDirection& pixel : directions) {
     const auto straight_deg = [&](std::size_t other) {
-      return in_quadrature(directions[k].azimuth_deg - directions[other].azimuth_deg,
-                           directions[k].elevation_deg - directions[other].elevation_deg);
+      return in_quadrature(pixel.azimuth_deg - directions[other].azimuth_deg,
+                           pixel.elevation_deg - directions[other].elevation_deg);
     };
-    near_.push_back(k);
-    ends_.push_back(near_.size());
+    Around& around = around_.emplace_back();
+    around.near.push_back(around_.size() - 1);
+    around.ends.push_back(1);
     for (std::size_t ring = 1; ring <= rings; ++ring) {
-      const auto begin = static_cast<std::ptrdiff_t>(near_.size());
+      const double reach_deg = (static_cast<double>(ring) + 0.5) * pitch;
       for (std::size_t other = 0; other < directions.size(); ++other) {
-        const bool is_new = std::find(near_.begin() + from, near_.end(), other) == near_.end();
-        if (is_new && ring_of(other) < static_cast<double>(ring) + 0.5) near_.push_back(other);
+        const bool is_known =
+            std::find(around.near.begin(), around.near.end(), other) != around.near.end();
+        const bool is_within = pitch == 0 || apart_deg(pixel, directions[other]) < reach_deg;
+        if (!is_known && is_within) around.near.push_back(other);
       }
-      std::stable_sort(near_.begin() + begin, near_.end(), [&](std::size_t a, std::size_t b) {
-        return straight_deg(a) < straight_deg(b);
-      });
-      ends_.push_back(near_.size());
+      std::stable_sort(
+          around.near.begin() + static_cast<std::ptrdiff_t>(around.ends.back()), around.near.end(),
+          [&](std::size_t a, std::size_t b) { return straight_deg(a) < straight_deg(b); });
+      around.ends.push_back(around.near.size());
     }
   }
 }
 
 std::span<const std::size_t> Neighbours::around(std::size_t pixel, std::size_t ring) const {
-  const std::size_t begin = begins_[pixel];
-  return std::span(near_).subspan(begin, ends_[pixel * (rings_ + 1) + ring] - begin);
+  return std::span(around_[pixel].near).first(around_[pixel].ends[ring]);
 }
 
 }  // namespace splid::array

@@ -22,13 +22,13 @@ class Neighbours {
   // The pixels up to so many rings around a pixel, the nearest first, the pixel itself before all
   // of them. ring: 0 to rings.
   [[nodiscard]] std::span<const std::size_t> around(std::size_t pixel, std::size_t ring) const;
-  [[nodiscard]] std::size_t pixels() const { return ends_.size() / (rings_ + 1); }
 
  private:
-  std::size_t rings_;
-  std::vector<std::size_t> begins_;  // of each pixel's list in near_
-  std::vector<std::size_t> ends_;    // of each ring of each pixel
-  std::vector<std::size_t> near_;
+  struct Around {
+    std::vector<std::size_t> near;
+    std::vector<std::size_t> ends;  // of each ring
+  };
+  std::vector<Around> around_;  // each pixel
 };
 
 }  // namespace splid::array

@@ -35,8 +35,9 @@ void PixelTrack::begin_frame(const TargetTrack& help) {
   }
 }
 
-TargetTrack NeighboursHelp::help(std::size_t pixel, std::span<const TargetTrack> seen) const {
-  for (const std::size_t other : neighbours_.around(pixel, 1).subspan(1)) {
+TargetTrack help_of(const Neighbours& neighbours, std::size_t pixel,
+                    std::span<const TargetTrack> seen) {
+  for (const std::size_t other : neighbours.around(pixel, 1).subspan(1)) {
     if (seen[other].valid) return seen[other];
   }
   return {};

@@ -1,9 +1,7 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <span>
-#include <vector>
 
 #include "estimator/array/neighbours.hpp"
 #include "estimator/model/estimate.hpp"
@@ -32,18 +30,9 @@ class PixelTrack {
   bool is_spread_ = false;
 };
 
-// Chooses the neighbours that help.
-class NeighboursHelp {
- public:
-  explicit NeighboursHelp(std::span<const PixelDirection> directions)
-      : neighbours_(directions, 1) {}
-
-  // For each pixel what its nearest neighbour has seen, or a track that is not valid. seen: of all
-  // pixels, after one frame.
-  [[nodiscard]] TargetTrack help(std::size_t pixel, std::span<const TargetTrack> seen) const;
-
- private:
-  Neighbours neighbours_;
-};
+// What the nearest neighbour of a pixel that sees a target has seen, or a track that is not valid.
+// seen: of all pixels, after one frame.
+TargetTrack help_of(const Neighbours& neighbours, std::size_t pixel,
+                    std::span<const TargetTrack> seen);
 
 }  // namespace splid::array

@@ -105,9 +105,7 @@ void RigidScene::vote_alone(const RigidFrame& frame) {
 void RigidScene::vote_by_cells(const RigidFrame& frame) {
   votes_.clear();
   for (std::size_t k = 0; k < rows_.size(); ++k) {
-    const FrameView& view = frame.frames[k];
-    if (!is_open(frame, k) || !view.sync.locked || view.photons_ps.empty()) continue;
-    add_cells(view, k);
+    if (is_open(frame, k)) add_cells(frame.frames[k], k);
   }
 }
 
@@ -158,7 +156,7 @@ void RigidScene::take_members(const RigidFrame& frame, const Velocity& about) {
   members_.clear();
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const FrameView& view = frame.frames[k];
-    if (!is_open(frame, k) || !view.sync.locked || view.photons_ps.empty()) continue;
+    if (!is_open(frame, k)) continue;
     const Estimate& own = frame.estimates[k];
     const bool agrees =
         has_value(own) && std::abs(own.velocity_mps - about.mps) <
@@ -219,7 +217,7 @@ std::size_t RigidScene::report(const RigidFrame& frame, int body) {
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const FrameView& view = frame.frames[k];
     while (fitted != members_.end() && fitted->pixel < k) ++fitted;
-    if (!is_open(frame, k) || !view.sync.locked || view.photons_ps.empty()) continue;
+    if (!is_open(frame, k)) continue;
     Estimate& own = frame.estimates[k];
     const Velocity velocity = velocity_of(k, view.sync);
     const FrameView still = at_rest(view, velocity.mps);

@@ -49,8 +49,10 @@ class RigidScene {
   static constexpr std::size_t most_bodies = 4;
 
  private:
-  [[nodiscard]] bool is_open(const RigidFrame& frame, std::size_t pixel) const {
-    return frame.bodies[pixel] < 0;
+  // The pixels that see no body yet.
+  [[nodiscard]] static bool is_open(const RigidFrame& frame, std::size_t pixel) {
+    const FrameView& view = frame.frames[pixel];
+    return frame.bodies[pixel] < 0 && view.sync.locked && !view.photons_ps.empty();
   }
   std::optional<SharedVelocity> choose(const RigidFrame& frame);
   void vote_alone(const RigidFrame& frame);

@@ -73,8 +73,8 @@ void SharedFit::add(SharedPixel& pixel, const Terms& at, Sums& sums) {
   maximizer_.likelihood().evaluate(there.model, moving, point_);
   // d walk / d v, with g = 2 beta / (1 + beta).
   const double beta = mps / speed_of_light_mps;
-  const double per_mps =
-      2 * frame_.length_ns / (speed_of_light_mps * (1 + beta) * (1 + beta) * (1 - slope_of(mps)));
+  const double per_mps = 2 * frame_.length_ns /
+                         (speed_of_light_mps * (1 + beta) * (1 + beta) * (1 - walk_ns_at(mps, 1)));
   const Terms row = per_mps * pixel.row;
   sums.information += row * row.transpose() / judged.covariance(W, W);
   sums.slope += row * point_.gradient[W];

@@ -53,20 +53,11 @@ Velocity mean_about(std::span<const Vote> votes, double mps) {
 
 // The evidence that a vote needs to be among the best, so that its velocity is tried.
 double least_tried(std::span<const Vote> votes) {
-  std::array<double, most_tried> best{};
-  std::size_t count = 0;
-  for (const Vote& vote : votes) {
-    if (count < best.size()) {
-      best[count++] = vote.evidence_nats;
-      std::push_heap(best.begin(), best.begin() + static_cast<std::ptrdiff_t>(count),
-                     std::greater<>());
-    } else if (vote.evidence_nats > best.front()) {
-      std::pop_heap(best.begin(), best.end(), std::greater<>());
-      best.back() = vote.evidence_nats;
-      std::push_heap(best.begin(), best.end(), std::greater<>());
-    }
-  }
-  return best.front();
+  std::array<Vote, most_tried> best;
+  const auto end = std::partial_sort_copy(
+      votes.begin(), votes.end(), best.begin(), best.end(),
+      [](const Vote& a, const Vote& b) { return a.evidence_nats > b.evidence_nats; });
+  return (end - 1)->evidence_nats;
 }
 
 }  // namespace

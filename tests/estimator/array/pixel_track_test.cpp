@@ -23,7 +23,7 @@ class Measured {
  public:
   explicit Measured(const PixelField& field)
       : estimator_(plate().pattern, {}, {}, {}, 50, 50'000),
-        help_(field.directions()),
+        neighbours_(field.directions(), 1),
         seen_(field.size()),
         estimates(field.size()),
         is_searched(field.size()) {
@@ -35,7 +35,7 @@ class Measured {
     helped = 0;
     const std::vector<TargetTrack> last = seen_;
     for (std::size_t k = 0; k < views.size(); ++k) {
-      tracks_[k].begin_frame(help_.help(k, last));
+      tracks_[k].begin_frame(help_of(neighbours_, k, last));
       helped += tracks_[k].track().valid && !tracks_[k].seen().valid ? 1 : 0;
       estimates[k] = estimator_.estimate(views[k], &tracks_[k].track());
       is_searched[k] = tracks_[k].track().followed == 0;
@@ -46,7 +46,7 @@ class Measured {
 
  private:
   FrameEstimator estimator_;
-  NeighboursHelp help_;
+  Neighbours neighbours_;
   std::vector<PixelTrack> tracks_;
   std::vector<TargetTrack> seen_;
 
