@@ -22,7 +22,7 @@ struct BridgedFault {
   const char* said;                         // words of the daemon's status; empty: a frame shows it
   std::function<void(Instrument&)> heal{};  // empty: it is over by itself
   bool ends_bridge = false;                 // and the service manager starts another
-  bool costs_frames = false;                // good frames are those after a bad one
+  bool costs_frames = false;                // good frames are those after one that is hurt
 };
 
 template <class Instrument>
@@ -54,9 +54,8 @@ void expect_told_and_mended(Bridging& bridging, const Fault& fault, double dista
     EXPECT_NE(bridge->wait().exit_code, 0);
     bridge = start_bridge();
   }
-  if (fault.costs_frames && daemon.bad_frames == 0) {
-    const auto is_bad = [](const FrameMessage& frame) { return !frame.valid(); };
-    ASSERT_TRUE(daemon.await_frame(is_bad)) << bridge->err();
+  if (fault.costs_frames && daemon.hurt_frames == 0) {
+    ASSERT_TRUE(daemon.await_frame(WatchedDaemon::is_hurt)) << bridge->err();
   }
   ASSERT_TRUE(daemon.await_good_frame()) << bridge->err();
   EXPECT_NEAR(daemon.last_frame->distance_m.value_or(0), distance_m, 0.1);
