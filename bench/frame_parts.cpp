@@ -230,7 +230,7 @@ class Parts {
     for (const int sign : {1, -1}) {
       lines.clear();
       for (std::size_t k = 0; k < parts.size(); ++k) {
-        lines.add_up(rows[k].data(), grid, parts[k], most, sign, 0);
+        lines.add_up(rows[k].data(), grid, parts[k], most, sign);
       }
       for (std::size_t j = 0; j <= most; ++j) {
         lines.look_at(j);

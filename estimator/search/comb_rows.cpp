@@ -44,13 +44,8 @@ SearchGrid SearchGrid::cover(double circle_ns, double bin_ns, double max_walk_ns
 
 CombRows::CombRows(const PulseTrain& train, std::size_t max_photons, const SearchKernels& kernels)
     : train_(train), kernels_(kernels) {
-  std::size_t parts = 0;
-  for (const PulseTrain::Segment& segment : train.segments) {
-    parts_.push_back(parts_of(segment));
-    parts += parts_.back().size();
-  }
-  beside_.reserve(parts);
-  part_bins_.reserve(parts);
+  for (const PulseTrain::Segment& segment : train.segments) parts_.push_back(parts_of(segment));
+  part_bins_.reserve(parts_.front().size());
   moved_.reserve(max_photons);
   slice_.reserve(max_photons);
   in_slice_.reserve(most_slices);
@@ -161,50 +156,44 @@ double CombRows::most_in_slice(double bin_ns) const {
   return photons * (1 + std::floor(bin_ns / train_.closest_ns));
 }
 
-// Design note: the rows of the finest cells are larger than the second-level cache, those of one
-// period of each part are not. So each whole row is written once, from one period of all parts. The
-// parts that have no such period are counted in the whole rows after that.
+// The copies of a part's period are added up side by side, where it is a whole number of bins.
 template <class Count>
-std::uint32_t CombRows::fill(const SearchGrid& grid, Count* rows, Count* histogram, Count* parts) {
-  beside_.clear();
-  std::size_t used = 0;  // cells of `parts`
-  std::uint32_t most = 0;
-  bool is_written = false;
+void CombRows::fill(const SearchGrid& grid, Count* rows, Count* histogram, Count* period) {
+  std::fill_n(rows, grid.cells(), Count{0});
   for (std::size_t s = 0; s < parts_.size(); ++s) {
+    if (frame_->group_end[s] == frame_->group_begin(s)) continue;
     for (const Part& part : parts_[s]) {
-      if (!stands_beside(grid, s, part)) continue;
-      const Beside next = {used, grid.bins / part.copies};
-      const std::size_t cells = std::size_t{next.bins} * grid.slices;
-      std::memset(parts + used, 0, cells * sizeof(Count));
-      fill_part(grid, s, part, parts + used, histogram);
-      most += of<Count>(kernels_).largest(parts + used, cells);
-      beside_.push_back(next);
-      used += cells;
-      // A part with two or more periods in the circle takes half of the cells at most.
-      if (used <= grid.cells() / 2) continue;
-      put_beside(grid, parts, is_written, rows);
-      is_written = true;
-      used = 0;
-    }
-  }
-  if (!is_written || !beside_.empty()) put_beside(grid, parts, is_written, rows);
-  for (std::size_t s = 0; s < parts_.size(); ++s) {
-    for (const Part& part : parts_[s]) {
-      if (stands_beside(grid, s, part) || !has_photons(s, part)) continue;
-      fill_part(grid, s, part, rows, histogram);
-      if (!part.taken_off) most = 0;
+      if (!fits_in_bins(grid, part)) {
+        fill_part(grid, s, part, rows, histogram);
+        continue;
+      }
+      fill_period(grid, s, part, period, histogram);
+      const std::size_t bins = grid.bins / part.copies;
+      for (std::size_t begin = 0; begin < grid.cells(); begin += bins) {
+        of<Count>(kernels_).accumulate(rows + begin, period + begin / grid.bins * bins, bins);
+      }
     }
   }
   if (!train_.single()) count_between(grid, rows);
-  return train_.single() ? most : 0;
 }
 
-template std::uint32_t CombRows::fill(const SearchGrid&, std::uint8_t*, std::uint8_t*,
-                                      std::uint8_t*);
-template std::uint32_t CombRows::fill(const SearchGrid&, std::uint16_t*, std::uint16_t*,
-                                      std::uint16_t*);
-template std::uint32_t CombRows::fill(const SearchGrid&, std::uint32_t*, std::uint32_t*,
-                                      std::uint32_t*);
+template void CombRows::fill(const SearchGrid&, std::uint8_t*, std::uint8_t*, std::uint8_t*);
+template void CombRows::fill(const SearchGrid&, std::uint16_t*, std::uint16_t*, std::uint16_t*);
+template void CombRows::fill(const SearchGrid&, std::uint32_t*, std::uint32_t*, std::uint32_t*);
+
+template <class Count>
+void CombRows::fill_period(const SearchGrid& grid, std::size_t group, const Part& part, Count* rows,
+                           Count* histogram) {
+  std::fill_n(rows, std::size_t{grid.bins / part.copies} * grid.slices, Count{0});
+  fill_part(grid, group, part, rows, histogram);
+}
+
+template void CombRows::fill_period(const SearchGrid&, std::size_t, const Part&, std::uint8_t*,
+                                    std::uint8_t*);
+template void CombRows::fill_period(const SearchGrid&, std::size_t, const Part&, std::uint16_t*,
+                                    std::uint16_t*);
+template void CombRows::fill_period(const SearchGrid&, std::size_t, const Part&, std::uint32_t*,
+                                    std::uint32_t*);
 
 std::vector<std::uint32_t> CombRows::part_copies() const {
   std::vector<std::uint32_t> copies;
@@ -230,60 +219,15 @@ std::span<const std::uint32_t> CombRows::part_bins(const SearchGrid& grid) {
   return part_bins_;
 }
 
-template <class Count>
-std::uint32_t CombRows::fill_part_period(const SearchGrid& grid, std::size_t part, Count* rows) {
-  const std::size_t cells = std::size_t{grid.bins / parts_.front()[part].copies} * grid.slices;
-  std::memset(rows, 0, cells * sizeof(Count));
-  fill_part<Count>(grid, 0, parts_.front()[part], rows, nullptr);
-  return of<Count>(kernels_).largest(rows, cells);
-}
-
-template std::uint32_t CombRows::fill_part_period(const SearchGrid&, std::size_t, std::uint8_t*);
-template std::uint32_t CombRows::fill_part_period(const SearchGrid&, std::size_t, std::uint16_t*);
-template std::uint32_t CombRows::fill_part_period(const SearchGrid&, std::size_t, std::uint32_t*);
-
 // Whether one period of a part is a whole number of bins, shorter than the circle.
 bool CombRows::fits_in_bins(const SearchGrid& grid, const Part& part) {
   return part.copies > 1 && grid.bins % part.copies == 0;
-}
-
-bool CombRows::stands_beside(const SearchGrid& grid, std::size_t group, const Part& part) const {
-  return has_photons(group, part) && fits_in_bins(grid, part);
-}
-
-bool CombRows::has_photons(std::size_t group, const Part& part) const {
-  return frame_->group_end[group] > frame_->group_begin(group) && !part.pulses_32.empty();
-}
-
-// Puts copies of one period of each part side by side, adds the parts up, and forgets them.
-// is_written: the rows hold something already.
-template <class Count>
-void CombRows::put_beside(const SearchGrid& grid, const Count* parts, bool is_written,
-                          Count* rows) {
-  if (beside_.empty()) std::fill_n(rows, grid.cells(), Count{0});
-  for (std::size_t slice = 0; slice < grid.slices; ++slice) {
-    Count* row = rows + slice * grid.bins;
-    for (std::size_t i = 0; i < beside_.size(); ++i) {
-      const Count* period = parts + beside_[i].begin + slice * beside_[i].bins;
-      const std::size_t bins = beside_[i].bins;
-      const bool writes = i == 0 && !is_written;
-      for (std::size_t bin = 0; bin < grid.bins; bin += bins) {
-        if (writes) {
-          std::copy_n(period, bins, row + bin);
-        } else {
-          of<Count>(kernels_).accumulate(row + bin, period, bins);
-        }
-      }
-    }
-  }
-  beside_.clear();
 }
 
 // rows: one period of a part that stands beside others, and else the circle.
 template <class Count>
 void CombRows::fill_part(const SearchGrid& grid, std::size_t group, const Part& part, Count* rows,
                          Count* histogram) {
-  if (!has_photons(group, part)) return;
   // Where the part's period is no whole number of bins, its copies are counted one by one.
   const bool fits = grid.bins % part.copies == 0;
   const std::uint32_t bins = fits ? grid.bins / part.copies : grid.bins;

@@ -44,11 +44,10 @@ class CombRows {
   // The most photons that a cell can hold once the rows are filled.
   [[nodiscard]] double most_in_slice(double bin_ns) const;
 
-  // Fills grid.slices rows of grid.bins. histogram and parts are scratch of the same size. Count is
-  // unsigned, of 8, 16 or 32 bits, and holds most_in_slice(). Returns a number that no cell
-  // exceeds, or 0 where none was seen on the way.
+  // Fills grid.slices rows of grid.bins. histogram and period are scratch of the same size. Count
+  // is unsigned, of 8, 16 or 32 bits, and holds most_in_slice().
   template <class Count>
-  std::uint32_t fill(const SearchGrid& grid, Count* rows, Count* histogram, Count* parts);
+  void fill(const SearchGrid& grid, Count* rows, Count* histogram, Count* period);
 
   // Of a comb that is made of periodic parts, how many periods of each part the circle has; empty
   // where it is made of less than two.
@@ -57,9 +56,12 @@ class CombRows {
   // fill_part_period() fills, side by side, but that photons at pulses of two parts count twice.
   // Empty where the comb has no such parts. Valid until the next call.
   [[nodiscard]] std::span<const std::uint32_t> part_bins(const SearchGrid& grid);
-  // Fills grid.slices rows of one period of a part; returns a number that no cell exceeds.
+  // Fills grid.slices rows of one period of a part of a train of a single segment. histogram: as
+  // above; null where the part has one pulse.
   template <class Count>
-  std::uint32_t fill_part_period(const SearchGrid& grid, std::size_t part, Count* rows);
+  void fill_period(const SearchGrid& grid, std::size_t part, Count* rows) {
+    fill_period(grid, 0, parts_.front()[part], rows, static_cast<Count*>(nullptr));
+  }
 
  private:
   struct Part {
@@ -70,20 +72,13 @@ class CombRows {
     std::vector<std::uint32_t> circle_32;  // every copy of every pulse, in 2^-32 of the circle
   };
 
-  struct Beside {       // rows of one period of a part, in the scratch of fill()
-    std::size_t begin;  // the first row's first cell
-    std::uint32_t bins;
-  };
-
   void count_in_slices(std::uint32_t slices);
   static Part whole_part(const PulseTrain::Segment& segment);
   static std::vector<Part> parts_of(const PulseTrain::Segment& segment);
   [[nodiscard]] static bool fits_in_bins(const SearchGrid& grid, const Part& part);
-  [[nodiscard]] bool stands_beside(const SearchGrid& grid, std::size_t group,
-                                   const Part& part) const;
-  [[nodiscard]] bool has_photons(std::size_t group, const Part& part) const;
   template <class Count>
-  void put_beside(const SearchGrid& grid, const Count* parts, bool is_written, Count* rows);
+  void fill_period(const SearchGrid& grid, std::size_t group, const Part& part, Count* rows,
+                   Count* histogram);
   template <class Count>
   void fill_part(const SearchGrid& grid, std::size_t group, const Part& part, Count* rows,
                  Count* histogram);
@@ -106,7 +101,6 @@ class CombRows {
   const std::uint32_t* phase_32_ = nullptr;
   std::vector<std::uint32_t> moved_;  // scratch: the phase of each photon
   std::vector<std::uint32_t> slice_;  // of each photon
-  std::vector<Beside> beside_;
   std::vector<std::uint32_t> part_bins_;
   std::vector<std::uint32_t> in_slice_;  // number of photons in each slice
 };

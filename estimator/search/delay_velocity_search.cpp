@@ -54,7 +54,6 @@ DelayVelocitySearch::DelayVelocitySearch(const PulseTrain& train, std::size_t ma
   memory_.resize(room_.cells());
   best_.reserve(max_cells + 1);
   delays_.reserve(max_delays + 1);
-  most_in_parts_.reserve(rows_.part_copies().size());
 }
 
 std::size_t DelayVelocitySearch::bytes(const PulseTrain& train, std::span<const SearchGrid> grids) {
@@ -97,12 +96,11 @@ void DelayVelocitySearch::search(const SearchGrid& grid, double max_walk_ns) {
     return;
   }
   auto* rows = buffer<Count>(0);
-  const std::uint32_t most_in_cell = rows_.fill(grid, rows, buffer<Count>(1), buffer<Count>(2));
+  rows_.fill(grid, rows, buffer<Count>(1), buffer<Count>(2));
   const std::size_t step = TaylorTree::block_bins(grid, most);
   for (const int sign : {1, -1}) {
     for (std::size_t bin = 0; bin < grid.bins; bin += step) {
-      const TaylorTree::Block block = {bin, std::min(step, grid.bins - bin), most, sign,
-                                       most_in_cell};
+      const TaylorTree::Block block = {bin, std::min(step, grid.bins - bin), most, sign};
       tree_.add_up(rows, grid, block);
       keep_best(grid, block);
     }
@@ -122,17 +120,16 @@ void DelayVelocitySearch::keep_best(const SearchGrid& grid, const TaylorTree::Bl
 template <class Count>
 void DelayVelocitySearch::search_parts(const SearchGrid& grid, std::size_t most) {
   const std::span<const std::uint32_t> part_bins = rows_.part_bins(grid);
-  most_in_parts_.clear();
   Count* next = buffer<Count>(0);  // the rows of one part after the other
   for (std::size_t k = 0; k < part_bins.size(); ++k) {
-    most_in_parts_.push_back(rows_.fill_part_period(grid, k, next));
+    rows_.fill_period(grid, k, next);
     next += std::size_t{part_bins[k]} * grid.slices;
   }
   for (const int sign : {1, -1}) {
     part_lines_.clear();
     const Count* rows = buffer<Count>(0);
     for (std::size_t k = 0; k < part_bins.size(); ++k) {
-      part_lines_.add_up(rows, grid, part_bins[k], most, sign, most_in_parts_[k]);
+      part_lines_.add_up(rows, grid, part_bins[k], most, sign);
       rows += std::size_t{part_bins[k]} * grid.slices;
     }
     for (std::size_t j = sign > 0 ? 0 : 1; j <= most; ++j) {

@@ -94,9 +94,8 @@ class DelayVelocitySearch {
   Room room_;
   TaylorTree tree_;
   PartLines part_lines_;
-  std::vector<std::uint32_t> most_in_parts_;  // that a cell of each part's rows holds
-  double about_walk_ns_ = 0;                  // range walks of lines are beside this one
-  std::vector<std::uint32_t> memory_;         // three buffers of rows, or the rows of all parts
+  double about_walk_ns_ = 0;           // range walks of lines are beside this one
+  std::vector<std::uint32_t> memory_;  // three buffers of rows, or the rows of all parts
   std::vector<SearchCell> best_;
   std::vector<DelayCell> delays_;
 };

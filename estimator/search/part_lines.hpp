@@ -31,56 +31,26 @@ class PartLines {
   // arguments are those of TaylorTree.
   template <class Count>
   void add_up(const Count* rows, const SearchGrid& grid, std::uint32_t bins, std::size_t most,
-              int sign, std::uint32_t most_in_cell);
+              int sign);
 
   // Looks at all lines of this range walk.
   void look_at(std::size_t walk);
   // Calls keep(bin, photons) for each line that holds more than least() photons. least() may grow
   // from call to call. bins: of the circle.
-  template <class Least, class Keep>
-  void visit_above(std::size_t bins, const Least& least, const Keep& keep) const {
-    if (is_wide_) {
-      visit_above_as<std::uint32_t>(bins, least, keep);
-    } else {
-      visit_above_as<std::uint16_t>(bins, least, keep);
-    }
-  }
-
- private:
-  struct Part {
-    std::size_t bins;           // of its period
-    std::size_t step;           // of these, that a period of the first part is longer than its own
-    std::uint32_t* line;        // sums of 16 or 32 bits, of the range walk that is looked at
-    std::uint32_t largest = 0;  // of these
-  };
-  // The grids of one period of a part, of which the circle has so many; cells of the longest line.
-  static std::vector<SearchGrid> period_grids(std::span<const SearchGrid> grids,
-                                              std::uint32_t periods);
-  static std::size_t longest_line(std::span<const SearchGrid> grids,
-                                  std::span<const std::uint32_t> copies);
-  template <class Wide>
-  void look_at_as(std::size_t walk);
-  template <class Wide>
-  [[nodiscard]] static const Wide* line_of(const Part& part) {
-    return reinterpret_cast<const Wide*>(part.line);
-  }
-  template <class Wide>
-  [[nodiscard]] std::size_t next(std::size_t from, std::uint32_t least) const;
+  //
   // For each bin of the first part's period that may do, all its copies around the circle. Where
   // these are in the periods of the other parts is counted on, since a division takes longer than
   // all else.
-  template <class Wide, class Least, class Keep>
-  void visit_above_as(std::size_t bins, const Least& least, const Keep& keep) const {
+  template <class Least, class Keep>
+  void visit_above(std::size_t bins, const Least& least, const Keep& keep) const {
     const Part& first = parts_.front();
     const std::span<const Part> others = std::span(parts_).subspan(1);
-    for (std::size_t bin = next<Wide>(0, least()); bin < first.bins;
-         bin = next<Wide>(bin + 1, least())) {
+    for (std::size_t bin = next(0, least()); bin < first.bins; bin = next(bin + 1, least())) {
       for (std::size_t k = 0; k < others.size(); ++k) places_[k] = bin % others[k].bins;
-      const std::uint32_t own = line_of<Wide>(first)[bin];
       for (std::size_t copy = bin; copy < bins; copy += first.bins) {
-        std::uint32_t held = own;
+        std::uint32_t held = first.line[bin];
         for (std::size_t k = 0; k < others.size(); ++k) {
-          held += line_of<Wide>(others[k])[places_[k]];
+          held += others[k].line[places_[k]];
           places_[k] += others[k].step;
           if (places_[k] >= others[k].bins) places_[k] -= others[k].bins;
         }
@@ -89,13 +59,26 @@ class PartLines {
     }
   }
 
+ private:
+  struct Part {
+    std::size_t bins;           // of its period
+    std::size_t step;           // of these, that a period of the first part is longer than its own
+    std::uint32_t* line;        // sums of the range walk that is looked at
+    std::uint32_t largest = 0;  // of these
+  };
+  // The grids of one period of a part, of which the circle has so many; cells of the longest line.
+  static std::vector<SearchGrid> period_grids(std::span<const SearchGrid> grids,
+                                              std::uint32_t periods);
+  static std::size_t longest_line(std::span<const SearchGrid> grids,
+                                  std::span<const std::uint32_t> copies);
+  [[nodiscard]] std::size_t next(std::size_t from, std::uint32_t least) const;
+
   const SearchKernels& kernels_;
   std::size_t longest_ = 0;  // cells of a part's line
   std::vector<TaylorTree> trees_;
   std::vector<std::uint32_t> memory_;  // a line of each part, and one of zeros
   std::vector<Part> parts_;
   mutable std::vector<std::size_t> places_;  // scratch: a bin of each other part
-  bool is_wide_ = false;                     // sums are of 32 bits
 };
 
 }  // namespace splid

@@ -129,7 +129,7 @@ void TaylorTree::add_up(const Count* rows, const SearchGrid& grid, const Block& 
   in_ = static_cast<std::uint32_t*>(std::align(row_cells, 1, first, bytes));
   out_ = in_ + buffer_cells_;
   cell_bytes_ = sizeof(Count);
-  most_in_cell_ = block.most_in_cell > 0 ? block.most_in_cell : std::numeric_limits<Count>::max();
+  most_in_cell_ = std::numeric_limits<Count>::max();
   from_ = start_of(rows, grid);
   std::size_t half = 1;
   while (2 * half < slices_) half *= add_next(half);
@@ -316,20 +316,12 @@ std::uint32_t TaylorTree::photons(std::size_t walk, std::size_t bin) const {
       walk, [bin](const auto& at) { return std::uint32_t{at.first[bin]} + at.second[bin]; });
 }
 
-template <class Wide>
-void TaylorTree::write_line(std::size_t walk, Wide* line) const {
-  with_halves(walk, [&]<class Count>(const Halves<Count>& at) {
-    if constexpr (sizeof(Wide) == sizeof(Count) || sizeof(Wide) == 2 * sizeof(Count)) {
-      add_of<Count, Wide>(kernels_)(line, at.first, at.second, block_.bins);
-    } else {
-      for (std::size_t bin = 0; bin < block_.bins; ++bin) {
-        line[bin] = static_cast<Wide>(at.first[bin] + at.second[bin]);
-      }
+void TaylorTree::write_line(std::size_t walk, std::uint32_t* line) const {
+  with_halves(walk, [&](const auto& at) {
+    for (std::size_t bin = 0; bin < block_.bins; ++bin) {
+      line[bin] = std::uint32_t{at.first[bin]} + at.second[bin];
     }
   });
 }
-
-template void TaylorTree::write_line(std::size_t, std::uint16_t*) const;
-template void TaylorTree::write_line(std::size_t, std::uint32_t*) const;
 
 }  // namespace splid

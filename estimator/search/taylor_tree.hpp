@@ -32,10 +32,9 @@ class TaylorTree {
   // Some bins of a circle, and how far the lines that start in them range walk.
   struct Block {
     std::size_t first_bin = 0;
-    std::size_t bins = 0;            // up to block_bins()
-    std::size_t most = 0;            // bins of range walk, below the number of slices
-    int sign = 1;                    // -1: the slices are taken in the other order
-    std::uint32_t most_in_cell = 0;  // that a cell of the rows holds; 0: not known
+    std::size_t bins = 0;  // up to block_bins()
+    std::size_t most = 0;  // bins of range walk, below the number of slices
+    int sign = 1;          // -1: the slices are taken in the other order
   };
   // rows: grid.slices rows of grid.bins. Count: unsigned, of 8, 16 or 32 bits.
   template <class Count>
@@ -45,12 +44,8 @@ class TaylorTree {
   // `least` photons; the number of the block's bins where there is none.
   [[nodiscard]] std::size_t first_above(std::size_t walk, std::size_t from,
                                         std::uint32_t least) const;
-  // Whether sums are of 32 bits.
-  [[nodiscard]] bool has_wide_sums() const { return cell_bytes_ == sizeof(std::uint32_t); }
-  // Writes the lines of this range walk, one for each bin of the block. Wide: of 32 bits, or of 16
-  // where the sums are no wider.
-  template <class Wide>
-  void write_line(std::size_t walk, Wide* line) const;
+  // Writes the photons of the lines of this range walk, one number for each bin of the block.
+  void write_line(std::size_t walk, std::uint32_t* line) const;
   // How many photons a line holds.
   [[nodiscard]] std::uint32_t photons(std::size_t walk, std::size_t bin) const;
 

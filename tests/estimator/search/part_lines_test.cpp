@@ -54,7 +54,7 @@ void expect_lines_above(const PartsOfAComb<Count>& parts, const SearchKernels& k
   for (const int sign : {1, -1}) {
     lines.clear();
     for (std::size_t k = 0; k < parts.bins.size(); ++k) {
-      lines.add_up(parts.rows[k].data(), parts.grid, parts.bins[k], most, sign, 0);
+      lines.add_up(parts.rows[k].data(), parts.grid, parts.bins[k], most, sign);
     }
     for (std::size_t walk = 0; walk <= most; walk += 3) {
       lines.look_at(walk);
