@@ -20,12 +20,6 @@ void begin_like(const FoldedFrame& all, FoldedFrame& frame) {
   frame.group_end.clear();
 }
 
-void take(std::size_t photon, const FoldedFrame& all, FoldedFrame& frame) {
-  frame.phase_ns.push_back(all.phase_ns[photon]);
-  frame.time_ns.push_back(all.time_ns[photon]);
-  frame.phase_32.push_back(all.phase_32[photon]);
-}
-
 }  // namespace
 
 FoldedFrame::FoldedFrame(const PulseTrain& train, std::size_t max_photons, double reach_ns)
@@ -138,8 +132,11 @@ double FoldedFrame::dead_ns() const { return dead != nullptr ? dead->dead_ns : 0
 void FoldedFrame::take_every(std::size_t step, const FoldedFrame& all) {
   begin_like(all, *this);
   for (std::size_t group = 0; group < all.group_end.size(); ++group) {
-    for (std::size_t i = all.group_begin(group); i < all.group_end[group]; i += step)
-      take(i, all, *this);
+    for (std::size_t i = all.group_begin(group); i < all.group_end[group]; i += step) {
+      phase_ns.push_back(all.phase_ns[i]);
+      time_ns.push_back(all.time_ns[i]);
+      phase_32.push_back(all.phase_32[i]);
+    }
     group_end.push_back(size());
   }
 }

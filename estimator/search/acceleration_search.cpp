@@ -62,7 +62,9 @@ const FoldedFrame& AccelerationSearch::straightened(const FoldedFrame& frame, do
 std::optional<AcceleratedFit> AccelerationSearch::find(const FoldedFrame& frame, Effort most) {
   const std::optional<Start> start = find_start(frame, most);
   if (!start) return std::nullopt;
-  AcceleratedFit found = {maximize(frame, start->line, start->quadratic_ns), {}};
+  DelayTrack from = start->line;
+  from.quadratic_ns = start->quadratic_ns;
+  AcceleratedFit found = {search_.fit(frame, from, 3), {}};
   const DelayTrack track = found.best.track();
   // The straightened frame is searched as any other, since the delay may be that of a side lobe,
   // and for the odds of the range.
@@ -70,12 +72,13 @@ std::optional<AcceleratedFit> AccelerationSearch::find(const FoldedFrame& frame,
       search_.find(straightened(frame, track.quadratic_ns), most);
   if (!straight) return std::nullopt;
   found.straight = *straight;
-  const DelayTrack there = straight->track();
+  DelayTrack there = straight->track();
   const double apart_ns =
       std::abs(std::remainder(there.delay_ns - track.delay_ns, train_.circle_ns)) +
       std::abs(there.walk_ns - track.walk_ns) / 2;
   if (straight->gain_nats > found.best.gain_nats && apart_ns > width_ns_) {
-    found.best = maximize(frame, there, track.quadratic_ns);
+    there.quadratic_ns = track.quadratic_ns;
+    found.best = search_.fit(frame, there, 3);
   }
   return found;
 }
@@ -161,12 +164,6 @@ AccelerationSearch::Start AccelerationSearch::zoom_into(const FoldedFrame& photo
     if (std::abs(spot.quadratic_ns) < (steps - 0.5) * step_ns) break;
   }
   return at;
-}
-
-likelihood::Maximum AccelerationSearch::maximize(const FoldedFrame& frame, DelayTrack line,
-                                                 double quadratic_ns) {
-  line.quadratic_ns = quadratic_ns;
-  return search_.fit(frame, line, 3);
 }
 
 std::string AccelerationSearch::too_many_looks_text(double length_ns) const {

@@ -66,8 +66,6 @@ class AccelerationSearch {
     std::uint32_t count;
   };
   using Start = TargetSearch::Spot;
-  [[nodiscard]] likelihood::Maximum maximize(const FoldedFrame& frame, DelayTrack line,
-                                             double quadratic_ns);
   std::optional<Start> find_start(const FoldedFrame& frame, Effort most);
   std::optional<Start> find_at_level(const FoldedFrame& photons, std::size_t level);
   [[nodiscard]] double steps(double length_ns, std::size_t level) const;
