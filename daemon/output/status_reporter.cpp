@@ -207,7 +207,8 @@ void StatusReporter::judge_device(const StreamHealth& health) {
       break;
     case DeviceState::connected:
       judge_stream(health);
-      if (!status_.reason.empty()) return;
+      add_reason(stream_.device.reason);
+      return;
   }
   status_.reason = stream_.device.reason;
 }

@@ -209,6 +209,14 @@ TEST_F(StatusReports, SayEachThingThatTheDriverReports) {
                                      HasSubstr("tagger 12 is back"))));
 }
 
+TEST_F(StatusReports, SayWhatTheDriverReportsBesideABadFrame) {
+  StreamHealth health{1, clock.steady_ns(), 0, "", {{DeviceState::connected, "a block is lost"}}};
+  reporter.frame_published(frame(FrameStatus::incomplete));
+  reporter.tick(health);
+  EXPECT_THAT(published().back(), AllOf(HasSubstr("\"degraded\""), HasSubstr("the last frame saw"),
+                                        HasSubstr("a block is lost")));
+}
+
 TEST_F(StatusReports, RepeatWhatIsOverForASecondAndWhatIsWrongAsLongAsItLasts) {
   StreamHealth health{1, clock.steady_ns(), 0, "", {{DeviceState::connected, "a stall, cleared"}}};
   reporter.frame_published(frame(FrameStatus::ok));
