@@ -9,7 +9,7 @@
 
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/units.hpp"
-#include "estimator/search/range_odds.hpp"
+#include "estimator/search/significance.hpp"
 
 namespace splid::studies {
 namespace {

@@ -7,6 +7,7 @@
 #include "estimator/checks/finding.hpp"
 #include "estimator/checks/pulse_table.hpp"
 #include "estimator/checks/residual_map.hpp"
+#include "estimator/checks/seen_light.hpp"
 
 namespace splid::checks {
 

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "estimator/fold/dead_intervals.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/likelihood/model.hpp"
 #include "estimator/model/comb.hpp"
@@ -15,13 +14,13 @@
 
 // Residual maps, and the findings that they show. Open finding.hpp first: its table has one row for
 // each finding. Then:
-//   residual_map.hpp  the photons of a frame about a fitted track, and how much of the light the
-//                     detector could see
+//   residual_map.hpp  the photons of a frame about a fitted track
+//   seen_light.hpp    how much of them the detector could see
 //   pulse_table.hpp   the configured pulse, to expect them by
 //   map_fit.hpp       the richer models of the table, fitted to a map
 //   square_sum.hpp    counts that differ by more than chance
 //   findings.hpp      which findings are sure in a frame, and what follows from them
-//   frame_checks.hpp  the same over many frames, and of all targets of a frame
+//   finding_sums.hpp  the same over many frames
 
 namespace splid::checks {
 
@@ -84,42 +83,6 @@ class ResidualMap {
   std::vector<std::uint32_t> phases_32_, picked_;  // scratch: one a photon
   int phase_shift_ = 0;
   double elsewhere_ = 0, near_ = 0;
-};
-
-// Of each part of a frame, how much of it was seen, over the mean of all.
-using SeenParts = std::array<double, map_parts>;
-
-SeenParts seen_parts(const FrameView& view);
-
-// The share of a frame's light that the detector could see; 1 is all that came in the time seen.
-struct SeenLight {
-  SeenParts of_part;
-  std::array<double, most_cells> of_cell;  // at each offset about a pulse
-  double elsewhere = 1;                    // on average outside of the map
-  std::vector<double> of_phase;            // in each phase bin of the map; empty: alike
-  std::vector<double> of_pulse;            // of each pulse of the train; empty: alike
-  SeenLight() {
-    of_part.fill(1);
-    of_cell.fill(1);
-  }
-};
-
-// Finds it for frames with their dead time. A detector is dead where a detection came within the
-// dead time before: how often that is at a phase follows from the detections at earlier phases.
-class SeenLightFinder {
- public:
-  // map: as it will be filled. dead_time_ns: 0 where none is modelled.
-  SeenLightFinder(const PulseTrain& train, const ResidualMap& map, double dead_time_ns);
-  // map: of this frame.
-  const SeenLight& look(const FoldedFrame& frame, const ResidualMap& map, const SeenParts& parts);
-
- private:
-  void see_cells(const FoldedFrame& frame, const ResidualMap& map);
-  void see_phases(const FoldedFrame& frame, const ResidualMap& map);
-
-  const PulseTrain& train_;
-  double pulses_before_ = 0;  // of a pulse, within the dead time, on average
-  SeenLight seen_;
 };
 
 }  // namespace splid::checks

@@ -11,11 +11,12 @@
 // Open this file first. Its parts:
 //   model.hpp           the parameters, and which of them are free
 //   near_photons.hpp    the photons near the targets' tracks
-//   log_likelihood.hpp  value, gradient and Hessian, with the light that came while the detector
-//                       was dead
+//   hidden_light.hpp    the light that came while the detector was dead
+//   log_likelihood.hpp  value, gradient and Hessian
 //   maximizer.hpp       the maximum in the free parameters
 //   information.hpp     the covariance of the free parameters at a maximum
-//   bound.hpp           the bound of Cramer and Rao, for studies: [P] Eq. 12 and 13
+//   bound.hpp           the bound of Cramer and Rao, for studies: [P] Eq. 12 and 13, with
+//                       live_fraction.hpp
 //
 // Photons are folded on the pattern (see FoldedFrame). With u from -1 to 1 over the frame, and the
 // tracks x_k(u) of the targets, the intensity at the phase x is

@@ -15,9 +15,9 @@
 //   estimate.hpp       the result for one frame, and the track from one frame to the next
 //   finding.hpp        what the photons say beyond the fitted model
 //   options.hpp        the estimator's sections of the configuration
-//   pulse_train.hpp    the pattern, as combs of pulses that are played in turn; where those of two
-//                      targets meet
+//   pulse_train.hpp    the pattern, as combs of pulses that are played in turn
 //   comb.hpp           one comb, and which of its pulses are near a phase
+//   comb_meetings.hpp  where the combs of two targets meet
 //   pulse_shape.hpp    the detected pulse, and the one that the configuration asks for
 //   pulse_kernels.hpp  its inner loop, and vector_level.hpp, for which vectors that is compiled
 //   units.hpp          constants

@@ -9,6 +9,7 @@
 
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/likelihood/maximizer.hpp"
+#include "estimator/model/comb_meetings.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"
@@ -20,7 +21,8 @@
 // range walks. Open this file first. Its parts:
 //   frame_search.hpp    the looks at a frame: where the last target was, straight, curved
 //   target_fit.hpp      the fit of what a look has found
-//   range_odds.hpp      how sure a range is against all others; the gain that noise does not reach
+//   significance.hpp    the gain over no target that noise does not reach
+//   range_odds.hpp      how sure a range is against all others
 //   target_search.hpp   the search of a frame: coarse cells, zoom, maximum, side lobes
 //   acceleration_search.hpp  the same for targets that accelerate
 //   delay_velocity_search.hpp  the best cells of the plane, by a Taylor tree over slices of a frame

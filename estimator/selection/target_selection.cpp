@@ -10,15 +10,6 @@
 namespace splid::selection {
 namespace {
 
-// A number in [0, 1) that a photon's place in its frame draws, the same on every machine
-// (splitmix64, Steele et al. 2014).
-double lot_of(std::uint64_t photon) {
-  std::uint64_t x = (photon + 1) * 0x9E3779B97F4A7C15ULL;
-  x = (x ^ (x >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-  x = (x ^ (x >> 27U)) * 0x94D049BB133111EBULL;
-  return static_cast<double>((x ^ (x >> 31U)) >> 11U) * 0x1p-53;
-}
-
 // What is left of a frame may hold less of a target than the frame does, where another is near.
 // With so much of the threshold a place is fitted together with the others.
 constexpr double least_of_threshold = 0.4;
@@ -26,7 +17,7 @@ constexpr double least_of_threshold = 0.4;
 constexpr double lost_nats = 3;
 // Weaker than that beside another that moves alike, it may be a side lobe's remainder.
 constexpr double least_plain = 0.25;
-constexpr double most_wide = 3;
+constexpr double most_width = TargetFit::most_width, most_wide = 3;
 
 void remove(Model& model, std::size_t target) {
   for (std::size_t k = target; k + 1 < model.count; ++k) model.targets[k] = model.targets[k + 1];
@@ -34,51 +25,6 @@ void remove(Model& model, std::size_t target) {
 }
 
 }  // namespace
-
-Thinning::Thinning(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons,
-                   double most_width)
-    : shape_(shape),
-      train_(train),
-      windows_(comb_windows(train, most_width * shape.first_ns(), most_width * shape.last_ns())),
-      near_(max_photons, max_photons * widest_overlap(windows_), true),
-      rest_(train, max_photons) {
-  const std::size_t entries = max_photons * widest_overlap(windows_);
-  for (auto* values : {&offset_, &h_, &d1_, &d2_}) values->reserve(entries);
-  for (auto* values : {&taken_, &kept_}) values->reserve(max_photons);
-  stays_.reserve(max_photons);
-}
-
-const FoldedFrame& Thinning::rest(const FoldedFrame& frame, const likelihood::Model& model,
-                                  std::size_t kept) {
-  taken_.assign(frame.size(), 0);
-  kept_.assign(frame.size(), model.background_per_ns);
-  for (std::size_t k = 0; k < model.count; ++k) {
-    add_light(frame, model, k, k == kept ? kept_ : taken_);
-  }
-  stays_.assign(frame.size(), 1);
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    if (taken_[i] > 0) stays_[i] = lot_of(i) * (taken_[i] + kept_[i]) < kept_[i] ? 1 : 0;
-  }
-  rest_.take_some(stays_, frame);
-  return rest_;
-}
-
-void Thinning::add_light(const FoldedFrame& frame, const likelihood::Model& model,
-                         std::size_t target, std::vector<double>& light) {
-  const likelihood::Target& own = model.targets.at(target);
-  near_.collect(frame, windows_, train_, own.track);
-  const double narrow = std::exp(-model.log_width);
-  const double to_offset = frame.scale / (1 - own.track.walk_ns / frame.length_ns) * narrow;
-  const std::size_t entries = near_.entries();
-  for (auto* values : {&offset_, &h_, &d1_, &d2_}) values->resize(entries);
-  for (std::size_t j = 0; j < entries; ++j) offset_[j] = near_.residual_ns[j] * to_offset;
-  shape_.evaluate(offset_, {h_, d1_, d2_});
-  for (std::size_t n = 0; n < near_.photons(); ++n) {
-    for (std::size_t j = near_.first[n]; j < near_.first[n + 1]; ++j) {
-      light[near_.index[n]] += own.signal_per_pulse * near_.amplitude[j] * narrow * h_[j];
-    }
-  }
-}
 
 TargetSelection::TargetSelection(TargetSearch& search, AccelerationSearch* acceleration,
                                  const PulseTrain& train, const PulseShape& shape,
@@ -88,11 +34,10 @@ TargetSelection::TargetSelection(TargetSearch& search, AccelerationSearch* accel
       train_(train),
       shape_(shape),
       scope_(scope),
-      maximizer_(
-          shape, train, max_photons,
-          {most_targets, scope.is_width_free ? TargetFit::most_width : 1, scope.may_be_dead}),
+      maximizer_(shape, train, max_photons,
+                 {most_targets, scope.is_width_free ? most_width : 1, scope.may_be_dead}),
       wide_(shape, train, max_photons, {most_targets, most_wide, scope.may_be_dead}),
-      thinning_(shape, train, max_photons, scope.is_width_free ? TargetFit::most_width : 1),
+      thinning_(shape, train, max_photons, scope.is_width_free ? most_width : 1),
       tail_(shape, train, max_photons) {
   for (std::size_t k = 0; k < most_targets; ++k) {
     members_.push_back({{{}, search.no_peaks()}, false});

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "estimator/checks/frame_checks.hpp"
+#include "estimator/checks/finding_sums.hpp"
 #include "tests/estimator/checks/judged_frames.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/sanitized.hpp"

@@ -1,10 +1,11 @@
+#include "estimator/model/comb_meetings.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "estimator/model/pulse_train.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid {

@@ -1,7 +1,8 @@
+#include "estimator/search/significance.hpp"
+
 #include <gtest/gtest.h>
 
 #include "estimator/frame_estimator.hpp"
-#include "estimator/search/range_odds.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid {

@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "estimator/search/range_odds.hpp"
+#include "estimator/search/significance.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid {
