@@ -154,7 +154,7 @@ class Parts {
         rows.fill(grid, memory[0].data(), memory[1].data(), memory[2].data());
       }
       for (std::size_t k = 0; k < parts.size(); ++k) {
-        rows.fill_part_period(grid, k, memory[k].data());
+        rows.fill_period(grid, k, memory[k].data());
       }
     });
     const auto most = static_cast<std::size_t>(std::ceil(walk_ns / grid.bin_ns));

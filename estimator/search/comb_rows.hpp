@@ -53,7 +53,7 @@ class CombRows {
   // where it is made of less than two.
   [[nodiscard]] std::vector<std::uint32_t> part_copies() const;
   // How many bins one period of each part has. Rows of the circle are then the sum of those that
-  // fill_part_period() fills, side by side, but that photons at pulses of two parts count twice.
+  // fill_period() fills, side by side, but that photons at pulses of two parts count twice.
   // Empty where the comb has no such parts. Valid until the next call.
   [[nodiscard]] std::span<const std::uint32_t> part_bins(const SearchGrid& grid);
   // Fills grid.slices rows of one period of a part of a train of a single segment. histogram: as
