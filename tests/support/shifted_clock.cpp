@@ -13,6 +13,7 @@
 #include <sys/ioctl.h>
 #include <sys/prctl.h>
 #include <sys/ptrace.h>
+#include <sys/socket.h>
 #include <sys/syscall.h>
 #include <sys/uio.h>
 #include <sys/wait.h>
@@ -23,6 +24,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
 #include <fstream>
 #include <iterator>
@@ -31,15 +33,14 @@
 
 namespace {
 
-constexpr int listener_place = 100;  // a descriptor that no program has when it begins
-
 [[noreturn]] void fail(const char* what) {
   std::perror(what);
   std::_Exit(127);
 }
 
-// The descriptor of what asks for CLOCK_REALTIME, in this process and after its exec.
-void listen_for_questions() {
+// The descriptor of what asks for CLOCK_REALTIME, in this process and after its exec, which closes
+// this descriptor.
+int listen_for_questions() {
   std::array<sock_filter, 6> steps = {{
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clock_gettime, 0, 3),
@@ -53,7 +54,44 @@ void listen_for_questions() {
   const long listener =
       syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, SECCOMP_FILTER_FLAG_NEW_LISTENER, &filter);
   if (listener < 0) fail("shifted_clock: seccomp");
-  if (dup2(static_cast<int>(listener), listener_place) < 0) fail("shifted_clock: dup2");
+  return static_cast<int>(listener);
+}
+
+// Hands a descriptor over a socket. pidfd_getfd() would be forbidden in many containers.
+struct Handover {
+  explicit Handover(int* place) {
+    message.msg_iov = &part;
+    message.msg_iovlen = 1;
+    message.msg_control = room.data();
+    message.msg_controllen = room.size();
+    if (place == nullptr) return;
+    cmsghdr* header = CMSG_FIRSTHDR(&message);
+    header->cmsg_level = SOL_SOCKET;
+    header->cmsg_type = SCM_RIGHTS;
+    header->cmsg_len = CMSG_LEN(sizeof *place);
+    std::memcpy(CMSG_DATA(header), place, sizeof *place);
+  }
+  char byte = 0;
+  iovec part = {&byte, 1};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> room{};
+  msghdr message{};
+};
+
+void hand_over(int socket, int descriptor) {
+  const Handover handover(&descriptor);
+  if (sendmsg(socket, &handover.message, 0) != 1) fail("shifted_clock: sendmsg");
+}
+
+int take_over(int socket) {
+  Handover handover(nullptr);
+  const cmsghdr* header = nullptr;
+  if (recvmsg(socket, &handover.message, 0) != 1 ||
+      (header = CMSG_FIRSTHDR(&handover.message)) == nullptr) {
+    fail("shifted_clock: recvmsg");
+  }
+  int descriptor = -1;
+  std::memcpy(&descriptor, CMSG_DATA(header), sizeof descriptor);
+  return descriptor;
 }
 
 // A word of the program's memory, which is read or written.
@@ -105,23 +143,21 @@ void answer(int listener, std::int64_t shift_s) {
 }
 
 // The child: waits for the exec, and then for questions.
-[[noreturn]] void serve(pid_t program, int ready, std::int64_t shift_s) {
+[[noreturn]] void serve(pid_t program, int socket, std::int64_t shift_s) {
   if (ptrace(PTRACE_SEIZE, program, nullptr, PTRACE_O_TRACEEXEC) != 0) {
     fail("shifted_clock: ptrace");
   }
-  if (write(ready, "", 1) != 1) fail("shifted_clock: pipe");
-  close(ready);
+  if (write(socket, "", 1) != 1) fail("shifted_clock: socket");
+  const int listener = take_over(socket);
+  close(socket);
   int status = 0;
   if (waitpid(program, &status, 0) != program ||
       status >> 8 != (SIGTRAP | PTRACE_EVENT_EXEC << 8)) {
     fail("shifted_clock: no exec");
   }
   hide_clock_page(program);
-  const long handle = syscall(SYS_pidfd_open, program, 0);
-  const long listener = syscall(SYS_pidfd_getfd, handle, listener_place, 0);
-  if (listener < 0) fail("shifted_clock: pidfd_getfd");
   ptrace(PTRACE_DETACH, program, nullptr, nullptr);
-  answer(static_cast<int>(listener), shift_s);
+  answer(listener, shift_s);
   std::_Exit(0);
 }
 
@@ -132,15 +168,19 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: shifted_clock SECONDS PROGRAM ARGUMENT...\n");
     return 2;
   }
-  std::array<int, 2> pipe_ends{};
-  if (pipe(pipe_ends.data()) != 0) fail("shifted_clock: pipe");
+  std::array<int, 2> ends{};
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
+    fail("shifted_clock: socketpair");
+  }
   const pid_t program = getpid();
-  if (fork() == 0) serve(program, pipe_ends[1], std::atoll(argv[1]));
-  close(pipe_ends[1]);
+  if (fork() == 0) {
+    close(ends[0]);
+    serve(program, ends[1], std::atoll(argv[1]));
+  }
+  close(ends[1]);
   char byte = 0;
-  if (read(pipe_ends[0], &byte, 1) != 1) return 127;
-  close(pipe_ends[0]);
-  listen_for_questions();
+  if (read(ends[0], &byte, 1) != 1) return 127;
+  hand_over(ends[0], listen_for_questions());
   execv(argv[2], argv + 2);
   fail(argv[2]);
 }
