@@ -128,9 +128,9 @@ void DelayVelocitySearch::search_parts(const SearchGrid& grid, std::size_t most)
   for (const int sign : {1, -1}) {
     part_lines_.clear();
     const Count* rows = buffer<Count>(0);
-    for (std::size_t k = 0; k < part_bins.size(); ++k) {
-      part_lines_.add_up(rows, grid, part_bins[k], most, sign);
-      rows += std::size_t{part_bins[k]} * grid.slices;
+    for (const std::uint32_t bins : part_bins) {
+      part_lines_.add_up(rows, grid, bins, most, sign);
+      rows += std::size_t{bins} * grid.slices;
     }
     for (std::size_t j = sign > 0 ? 0 : 1; j <= most; ++j) {
       part_lines_.look_at(j);
