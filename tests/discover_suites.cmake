@@ -1,6 +1,6 @@
 # Writes a file of ctest's with a test for each suite of a test binary: cmake -D BINARY=FILE -D PREFIX=NAME
-# -D SLOW=REGEX -D CTEST_FILE=FILE -P this. A test for each test would start 2,000 processes, which under
-# a sanitizer takes longer than what they run.
+# -D SLOW=REGEX -D CTEST_FILE=FILE -P this. A process for each test of 2,000 would load the binary and a
+# sanitizer as often.
 execute_process(COMMAND ${BINARY} --gtest_list_tests OUTPUT_VARIABLE listing COMMAND_ERROR_IS_FATAL ANY)
 string(REGEX MATCHALL "(^|\n)[^ \n]+[.]" suites "${listing}")
 set(content "")

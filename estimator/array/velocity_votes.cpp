@@ -51,7 +51,8 @@ Velocity mean_about(std::span<const Vote> votes, double mps) {
   return weights > 0 ? Velocity{sum / weights, 1 / std::sqrt(weights)} : Velocity{mps, 0};
 }
 
-// The evidence that a vote needs to be among the best, so that its velocity is tried.
+// The evidence that a vote needs to be among the best, so that its velocity is tried. votes: one or
+// more.
 double least_tried(std::span<const Vote> votes) {
   std::array<Vote, most_tried> best;
   const auto end = std::partial_sort_copy(

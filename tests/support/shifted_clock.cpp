@@ -57,40 +57,38 @@ int listen_for_questions() {
   return static_cast<int>(listener);
 }
 
-// Hands a descriptor over a socket. pidfd_getfd() would be forbidden in many containers.
-struct Handover {
-  explicit Handover(int* place) {
-    message.msg_iov = &part;
-    message.msg_iovlen = 1;
-    message.msg_control = room.data();
-    message.msg_controllen = room.size();
-    if (place == nullptr) return;
-    cmsghdr* header = CMSG_FIRSTHDR(&message);
-    header->cmsg_level = SOL_SOCKET;
-    header->cmsg_type = SCM_RIGHTS;
-    header->cmsg_len = CMSG_LEN(sizeof *place);
-    std::memcpy(CMSG_DATA(header), place, sizeof *place);
+// A message of one byte with room for a descriptor. By a socket, since many containers forbid
+// pidfd_getfd().
+struct DescriptorMessage {
+  DescriptorMessage() {
+    header.msg_iov = &part;
+    header.msg_iovlen = 1;
+    header.msg_control = room.data();
+    header.msg_controllen = room.size();
   }
   char byte = 0;
   iovec part = {&byte, 1};
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> room{};
-  msghdr message{};
+  msghdr header{};
 };
 
-void hand_over(int socket, int descriptor) {
-  const Handover handover(&descriptor);
-  if (sendmsg(socket, &handover.message, 0) != 1) fail("shifted_clock: sendmsg");
+void send_descriptor(int socket, int descriptor) {
+  DescriptorMessage message;
+  cmsghdr* rights = CMSG_FIRSTHDR(&message.header);
+  rights->cmsg_level = SOL_SOCKET;
+  rights->cmsg_type = SCM_RIGHTS;
+  rights->cmsg_len = CMSG_LEN(sizeof descriptor);
+  std::memcpy(CMSG_DATA(rights), &descriptor, sizeof descriptor);
+  if (sendmsg(socket, &message.header, 0) != 1) fail("shifted_clock: sendmsg");
 }
 
-int take_over(int socket) {
-  Handover handover(nullptr);
-  const cmsghdr* header = nullptr;
-  if (recvmsg(socket, &handover.message, 0) != 1 ||
-      (header = CMSG_FIRSTHDR(&handover.message)) == nullptr) {
-    fail("shifted_clock: recvmsg");
-  }
+int receive_descriptor(int socket) {
+  DescriptorMessage message;
+  if (recvmsg(socket, &message.header, 0) != 1) fail("shifted_clock: recvmsg");
+  const cmsghdr* rights = CMSG_FIRSTHDR(&message.header);
+  if (rights == nullptr) fail("shifted_clock: no descriptor");
   int descriptor = -1;
-  std::memcpy(&descriptor, CMSG_DATA(header), sizeof descriptor);
+  std::memcpy(&descriptor, CMSG_DATA(rights), sizeof descriptor);
   return descriptor;
 }
 
@@ -148,7 +146,7 @@ void answer(int listener, std::int64_t shift_s) {
     fail("shifted_clock: ptrace");
   }
   if (write(socket, "", 1) != 1) fail("shifted_clock: socket");
-  const int listener = take_over(socket);
+  const int listener = receive_descriptor(socket);
   close(socket);
   int status = 0;
   if (waitpid(program, &status, 0) != program ||
@@ -180,7 +178,7 @@ int main(int argc, char** argv) {
   close(ends[1]);
   char byte = 0;
   if (read(ends[0], &byte, 1) != 1) return 127;
-  hand_over(ends[0], listen_for_questions());
+  send_descriptor(ends[0], listen_for_questions());
   execv(argv[2], argv + 2);
   fail(argv[2]);
 }
