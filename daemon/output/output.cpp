@@ -180,7 +180,7 @@ void Output::count(const FrameMessage& message, const EstimationUnit& unit, cons
                    StreamSummary& summary) {
   summary.add(message, message.compute_ms.value_or(0), unit.frame.sync.locked);
   summary.lost_tags += unit.frame.lost_tags;
-  reporter_.frame_published(message, to_message(recent));
+  reporter_.frame_published(message, to_message(recent), unit.frame.is_cut_off);
   summary.ring_needed = std::max(summary.ring_needed, reporter_.ring_needed());
   if (ends_.metrics == nullptr) return;
   ends_.metrics->frame_published(message, reporter_.effort_is_lowered());

@@ -71,9 +71,11 @@ class StatusReporter {
   // A stream begins: what its frames and its driver say is judged afresh, and the counts and the
   // messages' sequence go on.
   void begin(const SourceInfo& source);
-  // recent: what this frame and those before it show together.
+  // recent: what this frame and those before it show together. is_cut_off: the stream ended before
+  // the frame did, so that what the frame lacks is no fault.
   void frame_published(const FrameMessage& message,
-                       const std::vector<FrameMessage::Finding>& recent = {});
+                       const std::vector<FrameMessage::Finding>& recent = {},
+                       bool is_cut_off = false);
   // What the pixels do, where there are several.
   void pixels_seen(const StatusMessage::Pixels& pixels) { status_.pixels = pixels; }
   // To be called at least every 100 ms.

@@ -119,6 +119,7 @@ struct Frame {
   std::uint64_t lost_tags = 0;  // tags of losses that ended in this frame, late and surplus tags
   std::uint64_t uncounted_losses = 0;  // losses of unknown count that ended in this frame
   double seen_fraction = 0;            // 0 to 1: 1 less the losses' share of the frame's time
+  bool is_cut_off = false;             // the stream ended before end_ps
   SyncFit sync;
   std::optional<ScanPlace> scan;  // absent where frames are cut by time
   std::int64_t arrival_ns = 0;    // of the last tag, as passed to Framer::push()

@@ -326,6 +326,7 @@ void Framer::begin_frame(std::int64_t start_ps, Ends ends) {
   rooms_.open(*frame_);
   frame_->lost_tags = totals_.unplaced;
   frame_->uncounted_losses = unplaced_uncounted_;
+  frame_->is_cut_off = false;
   frame_->arrival_ns = arrival_ns_;
   totals_.unplaced = unplaced_uncounted_ = 0;
   surplus_from_ps_.reset();
@@ -471,6 +472,7 @@ void Framer::finish() {
                     frame_->uncounted_losses > 0;
   if (used) {
     if (loss_from_ps_) lose_uncounted();
+    frame_->is_cut_off = true;
     cut_short();
   } else {
     spare_ = frame_;

@@ -217,6 +217,14 @@ TEST_F(StatusReports, SayWhatTheDriverReportsBesideABadFrame) {
                                         HasSubstr("a block is lost")));
 }
 
+TEST_F(StatusReports, DoNotTakeTheEndOfTheStreamForALoss) {
+  const StreamHealth health{1, clock.steady_ns(), 0, ""};
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.frame_published(frame(FrameStatus::incomplete), {}, true);
+  reporter.tick(health);
+  EXPECT_THAT(published().back(), AllOf(HasSubstr("\"streaming\""), Not(HasSubstr("lost: "))));
+}
+
 TEST_F(StatusReports, RepeatWhatIsOverForASecondAndWhatIsWrongAsLongAsItLasts) {
   StreamHealth health{1, clock.steady_ns(), 0, "", {{DeviceState::connected, "a stall, cleared"}}};
   reporter.frame_published(frame(FrameStatus::ok));

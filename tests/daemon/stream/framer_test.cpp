@@ -364,6 +364,7 @@ TEST(Framer, GoesOnAfterFinish) {
   framer.finish();
   EXPECT_EQ(frames.size(), 10U);
   EXPECT_EQ(frames.opened, 10);
+  for (std::size_t n = 0; n < frames.size(); ++n) EXPECT_EQ(frames[n].is_cut_off, n == 9) << n;
 }
 
 TEST(Framer, IgnoredChannelsAreCountedAndMoveTheClock) {
