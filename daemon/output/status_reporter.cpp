@@ -87,11 +87,12 @@ void StatusReporter::begin(const SourceInfo& source) {
 void StatusReporter::frame_published(const FrameMessage& message,
                                      const std::vector<FrameMessage::Finding>& recent,
                                      bool is_cut_off) {
+  const bool is_judged = message.valid() || !is_cut_off;
   ++status_.frames;
   if (message.valid()) ++status_.valid_frames;
   status_.lost_tags += message.lost_tags.value_or(0);
   status_.uncounted_losses += message.uncounted_losses;
-  if (message.valid() || !is_cut_off) stream_.last_frame = message.status;
+  if (is_judged) stream_.last_frame = message.status;
   stream_.ring_needed =
       splid::ring_needed(message.photons.value_or(0), message.lost_tags.value_or(0),
                          most_photons(ring_capacity_, stream_.source.live));
@@ -103,7 +104,7 @@ void StatusReporter::frame_published(const FrameMessage& message,
                         message.signal_per_pulse.value_or(0) * mean_amplitude_);
   }
   if (!is_disturbed_frame()) stream_.disturbed_until_ns = 0;
-  if (message.valid() || !is_cut_off) second_.add(message, recent);
+  if (is_judged) second_.add(message, recent);
   stream_.last_effort = message.effort.value_or(configured_effort_);
   stream_.last_frame_s = message.timestamp_s;
 }

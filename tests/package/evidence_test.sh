@@ -4,7 +4,10 @@
 #
 #   evidence_test.sh ROOT     ROOT: the source tree
 set -eu
-command -v python3 >/dev/null || exit 77
+command -v python3 >/dev/null || {
+  echo "skipped: python3 is not installed"
+  exit 77
+}
 root=$1
 "$root/scripts/evidence" --check
 

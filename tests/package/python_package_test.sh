@@ -6,7 +6,10 @@
 #
 # Exit code 77 where dpkg is not installed.
 set -eu
-command -v dpkg-deb >/dev/null || exit 77
+command -v dpkg-deb >/dev/null || {
+  echo "skipped: dpkg-deb is not installed"
+  exit 77
+}
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 fail() {

@@ -151,6 +151,23 @@ TEST(Output, TheStatusHasTheDeadTimeThatIsNotGiven) {
   EXPECT_TRUE(findings(0, 0).empty());
 }
 
+TEST(Output, TheEndOfAStreamIsNoLossInTheStatus) {
+  const Config config = scene_config(0.52);
+  Publisher publisher(config.publish.endpoint, 1000);
+  sockets::Subscriber subscriber(publisher.endpoint(), {""});
+  ASSERT_TRUE(publisher.wait_for_subscriber(test::patience));
+  MeasuredStream measured(config, open_scene(config), publisher, host_clock());
+  const StreamSummary summary = measured.run({});
+  EXPECT_EQ(summary.frames - summary.valid_frames, 1u);
+  std::size_t heard = 0;
+  while (const auto message = subscriber.receive(milliseconds{300})) {
+    if (message->topic != topic_status) continue;
+    EXPECT_THAT(message->json, testing::Not(HasSubstr("degraded")));
+    ++heard;
+  }
+  EXPECT_GE(heard, 2u);
+}
+
 TEST(Output, PublishesWhatCameBeforeTheSourceFailed) {
   const Config config = scene_config(0);
   const Outcome outcome = run(
