@@ -2,10 +2,13 @@
 // forward` of its own, beside one nats-server and one subscriber. Prints a row of
 // docs/evidence/data/fleet.csv for each argument.
 //
-//   build/release/bench/fleet [SENSORS:FRAMES_PER_S:SECONDS...]
+//   build/release/bench/fleet [SENSORS:FRAMES_PER_S:SECONDS[:AT_ONCE]...]
 //
 // By default 16, 32 and 64 sensors at 20 frames/s for 20 s, and 64 at 200 frames/s for 60 s: ten
-// times as fast. Exit code 1 where a frame is missing, comes twice or out of order.
+// times as fast. A sensor sends AT_ONCE frames in each of its turns, by default 1. The
+// subscriber lets the stream forget what it has heard, and sensors wait while it is 100,000 frames
+// behind. Exit code 1 where
+// a frame is missing, comes twice or out of order.
 
 #include <fmt/core.h>
 #include <nats/nats.h>
@@ -14,11 +17,11 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cinttypes>
 #include <cstdio>
 #include <fstream>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 #include <vector>
@@ -31,30 +34,50 @@
 namespace splid {
 namespace {
 
+using namespace std::chrono_literals;
+
 struct Load {
   int sensors = 0;
   int rate = 0;  // frames a second of each
   int seconds = 0;
+  std::uint64_t at_once = 1;  // frames in each turn of a sensor
 };
 
-// A frame with all that one of [P]'s set-up has.
-FrameMessage frame_of(std::uint64_t sequence) {
-  FrameMessage frame;
-  frame.timestamp_s = host_clock().unix_s();
-  frame.sequence = sequence;
-  frame.status = FrameStatus::ok;
-  frame.mode = Mode::interleaved;
-  frame.start_ps = static_cast<std::int64_t>(sequence) * 50'000'000'000;
-  frame.duration_ms = 49.99806;
-  frame.distance_m = 123.456789, frame.std_distance_m = 0.00123456;
-  frame.velocity_mps = 12.3456789, frame.std_velocity_mps = 0.0123456;
-  frame.signal_per_pulse = 0.00134567, frame.std_signal_per_pulse = 2.34567e-5;
-  frame.background_per_s = 174567.89, frame.std_background_per_s = 1876.54;
-  frame.signal_per_period = 0.0538268, frame.background_per_period = 0.65986;
-  frame.sbr = 0.0815, frame.delay_ns = 823.456789, frame.significance = 4321.987;
-  frame.range_odds_nats = 2345.678;
-  return frame;
-}
+constexpr std::uint64_t most_on_the_way = 100'000;  // frames of all sensors
+constexpr std::uint64_t most_kept = 1'000'000;      // a day would fill the disk
+
+// Frames with all that one of [P]'s set-up has. Only time and sequence change, so that the text is
+// made once: a sensor's own processor makes it where a fleet is real.
+class FrameTexts {
+ public:
+  FrameTexts() {
+    FrameMessage frame;
+    frame.timestamp_s = 0.25;
+    frame.sequence = 987654321;
+    frame.status = FrameStatus::ok;
+    frame.mode = Mode::interleaved;
+    frame.start_ps = 50'000'000'000;
+    frame.duration_ms = 49.99806;
+    frame.distance_m = 123.456789, frame.std_distance_m = 0.00123456;
+    frame.velocity_mps = 12.3456789, frame.std_velocity_mps = 0.0123456;
+    frame.signal_per_pulse = 0.00134567, frame.std_signal_per_pulse = 2.34567e-5;
+    frame.background_per_s = 174567.89, frame.std_background_per_s = 1876.54;
+    frame.signal_per_period = 0.0538268, frame.background_per_period = 0.65986;
+    frame.sbr = 0.0815, frame.delay_ns = 823.456789, frame.significance = 4321.987;
+    frame.range_odds_nats = 2345.678;
+    const std::string text = to_json(frame);
+    const std::size_t time = text.find("0.25"), sequence = text.find("987654321");
+    head_ = text.substr(0, time);
+    between_ = text.substr(time + 4, sequence - time - 4);
+    tail_ = text.substr(sequence + 9);
+  }
+  [[nodiscard]] std::string text(std::uint64_t sequence) const {
+    return fmt::format("{}{:.6f}{}{}{}", head_, host_clock().unix_s(), between_, sequence, tail_);
+  }
+
+ private:
+  std::string head_, between_, tail_;
+};
 
 // Hears all frames, and knows which should come next.
 class Hearer {
@@ -63,6 +86,7 @@ class Hearer {
     jsSubOptions options;
     jsSubOptions_Init(&options);
     options.Ordered = true;
+    options.Config.HeadersOnly = true;
     // The first sensor that connects makes the stream.
     const bool is_there = test::eventually([&] {
       if (connection_ == nullptr) natsConnection_ConnectTo(&connection_, broker.address().c_str());
@@ -84,6 +108,16 @@ class Hearer {
   Hearer(const Hearer&) = delete;
   Hearer& operator=(const Hearer&) = delete;
 
+  // The stream keeps what is on the way, and more.
+  void forget_heard() {
+    if (frames < forgot_at_ + most_kept) return;
+    forgot_at_ = frames;
+    jsOptions options;
+    jsOptions_Init(&options);
+    options.Stream.Purge.Keep = 2 * most_on_the_way;
+    js_PurgeStream(context_, "SPLID", &options, nullptr);
+  }
+
   std::atomic<std::uint64_t> frames = 0;
   std::uint64_t wrong = 0;  // not the one after the last one of its sensor
   std::vector<double> latencies_ms;
@@ -94,18 +128,29 @@ class Hearer {
     static_cast<Hearer*>(self)->take(message);
     natsMsg_Destroy(message);
   }
+  // Of a message's id, DEVICE/frame/SEQUENCE/TIMESTAMP, which says all that is to be known.
   void take(natsMsg* message) {
     const double now_s = host_clock().unix_s();
-    const auto json = nlohmann::json::parse(natsMsg_GetData(message));
-    latencies_ms.push_back((now_s - json["timestamp"].get<double>()) * 1e3);
-    if (json["sequence"] != next_[natsMsg_GetSubject(message)]++) ++wrong;
+    const char* id = nullptr;
+    natsMsgHeader_Get(message, "Nats-Msg-Id", &id);
+    int device = 0;
+    std::uint64_t sequence = 0;
+    double sent_s = 0;
+    if (id == nullptr ||
+        std::sscanf(id, "sensor-%d/frame/%" SCNu64 "/%lf", &device, &sequence, &sent_s) != 3) {
+      ++wrong;
+      return;
+    }
+    latencies_ms.push_back((now_s - sent_s) * 1e3);
+    if (sequence != next_[device]++) ++wrong;
     ++frames;
   }
 
   natsConnection* connection_ = nullptr;
   jsCtx* context_ = nullptr;
   natsSubscription* subscription_ = nullptr;
-  std::map<std::string, std::uint64_t> next_;
+  std::map<int, std::uint64_t> next_;
+  std::uint64_t forgot_at_ = 0;
 };
 
 // Processor time of a process that runs.
@@ -120,6 +165,14 @@ double processor_s(pid_t process) {
   return ticks / static_cast<double>(::sysconf(_SC_CLK_TCK));
 }
 
+// To a terminal or a log, every 10 s.
+void tell_progress(std::uint64_t heard, std::uint64_t all) {
+  static auto next = std::chrono::steady_clock::now() + 10s;
+  if (std::chrono::steady_clock::now() < next) return;
+  next += 10s;
+  fmt::print(stderr, "{} of {} frames heard\n", heard, all);
+}
+
 struct Fleet {
   Fleet(const test::Broker& broker, int sensors) {
     for (int i = 0; i < sensors; ++i) {
@@ -132,21 +185,27 @@ struct Fleet {
     for (const auto& publisher : publishers) publisher->wait_for_subscriber(test::patience);
   }
 
-  // The sensors take turns, evenly in time. How many frames each sent.
-  std::uint64_t publish(const Load& load) const {
+  // The sensors take turns, evenly in time. How many frames all of them sent.
+  std::uint64_t publish(const Load& load, Hearer& hearer) const {
     using Clock = std::chrono::steady_clock;
     const auto begin = Clock::now();
     const auto count = static_cast<std::uint64_t>(load.rate) * static_cast<unsigned>(load.seconds);
     const std::chrono::duration<double> step(1.0 / load.rate / load.sensors);
-    for (std::uint64_t i = 0; i < count; ++i) {
-      for (std::size_t k = 0; k < publishers.size(); ++k) {
-        const auto turn = static_cast<double>(i * publishers.size() + k);
-        std::this_thread::sleep_until(begin +
-                                      std::chrono::duration_cast<Clock::duration>(step * turn));
-        publishers[k]->publish_frame(to_json(frame_of(i)));
+    const FrameTexts texts;
+    std::uint64_t sent = 0;
+    for (std::uint64_t first = 0; first < count; first += load.at_once) {
+      const std::uint64_t end = std::min(first + load.at_once, count);
+      for (const auto& publisher : publishers) {
+        std::this_thread::sleep_until(
+            begin + std::chrono::duration_cast<Clock::duration>(step * static_cast<double>(sent)));
+        while (sent > hearer.frames + most_on_the_way) std::this_thread::sleep_for(1ms);
+        for (std::uint64_t i = first; i < end; ++i) publisher->publish_frame(texts.text(i));
+        sent += end - first;
       }
+      hearer.forget_heard();
+      tell_progress(hearer.frames, count * publishers.size());
     }
-    return count * publishers.size();
+    return sent;
   }
 
   [[nodiscard]] double forwards_s() const {
@@ -167,7 +226,7 @@ bool measure(const Load& load) {
   Hearer hearer(broker);
   const double broker_begin_s = processor_s(broker.id());
   const double begin_s = fleet.forwards_s();
-  const std::uint64_t sent = fleet.publish(load);
+  const std::uint64_t sent = fleet.publish(load, hearer);
   test::eventually([&] { return hearer.frames >= sent; });
   const double broker_s = processor_s(broker.id()) - broker_begin_s;
   const double forward_s = fleet.forwards_s() - begin_s;
@@ -198,8 +257,9 @@ int main(int argc, char** argv) {
   std::vector<splid::Load> loads;
   for (int i = 1; i < argc; ++i) {
     splid::Load load;
-    if (std::sscanf(argv[i], "%d:%d:%d", &load.sensors, &load.rate, &load.seconds) != 3) {
-      std::fprintf(stderr, "usage: fleet [SENSORS:FRAMES_PER_S:SECONDS...]\n");
+    if (std::sscanf(argv[i], "%d:%d:%d:%" SCNu64, &load.sensors, &load.rate, &load.seconds,
+                    &load.at_once) < 3) {
+      std::fprintf(stderr, "usage: fleet [SENSORS:FRAMES_PER_S:SECONDS[:AT_ONCE]...]\n");
       return 2;
     }
     loads.push_back(load);
