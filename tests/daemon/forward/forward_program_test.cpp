@@ -25,6 +25,7 @@
 #include "tests/support/eventually.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/sanitized.hpp"
 #include "tests/support/small_disk.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -225,7 +226,9 @@ void tell(const std::string& fault, std::uint64_t sent, std::uint64_t twice = 0,
 }
 
 // JetStream forgets the ids of messages after 100 ms, long before a killed one is there again.
-void kill_jet_stream(int times) {
+TEST(Forward, JetStreamThatIsKilledHasEachFrameOnce) {
+  SPLID_NEEDS("nats-server");
+  const int times = test::times(20);
   test::Broker broker("nats-server");
   broker.start();
   test::make_stream(broker, 100'000'000);
@@ -251,17 +254,10 @@ void kill_jet_stream(int times) {
   tell(fmt::format("JetStream is killed (kill -9) {} times in mid-stream", times), count);
 }
 
-TEST(Forward, JetStreamThatIsKilledHasEachFrameOnce) {
-  SPLID_NEEDS("nats-server");
-  kill_jet_stream(3);
-}
-
-TEST(ForwardKills, JetStreamTwentyTimes) {
-  SPLID_NEEDS("nats-server");
-  kill_jet_stream(20);
-}
-
-void kill_mqtt(int times) {
+TEST(Forward, MqttBrokerThatIsKilledHasEachFrameAtLeastOnceInOrder) {
+  SPLID_NEEDS("mosquitto");
+  SPLID_NEEDS("mosquitto_sub");
+  const int times = test::times(20);
   test::Broker broker("mosquitto");
   broker.start();
   const MqttListener listener(broker, "splid/s1/frame");
@@ -293,18 +289,6 @@ void kill_mqtt(int times) {
   sensor.forward().signal(SIGTERM);
   EXPECT_THAT(sensor.forward().wait().err, HasSubstr(" 0 lost; "));
   tell(fmt::format("Mosquitto is killed (kill -9) {} times in mid-stream", times), count, repeats);
-}
-
-TEST(Forward, MqttBrokerThatIsKilledHasEachFrameAtLeastOnceInOrder) {
-  SPLID_NEEDS("mosquitto");
-  SPLID_NEEDS("mosquitto_sub");
-  kill_mqtt(3);
-}
-
-TEST(ForwardKills, MqttTwentyTimes) {
-  SPLID_NEEDS("mosquitto");
-  SPLID_NEEDS("mosquitto_sub");
-  kill_mqtt(20);
 }
 
 TEST(Forward, BeyondTheBufferThereIsACountedGap) {
