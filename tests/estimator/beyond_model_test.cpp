@@ -65,9 +65,10 @@ TEST(BeyondModel, LightOfAnotherLaserAloneIsNoTarget) {
     auto frame = made.make(seed);
     std::mt19937_64 random(seed);
     std::normal_distribution<double> jitter(0, 100);
-    std::bernoulli_distribution comes(160e3 / 80e6);
-    for (std::int64_t at = frame.start_ps; at < frame.end_ps; at += 12500) {
-      if (comes(random)) frame.photons_ps.push_back(at + std::llround(jitter(random)));
+    std::geometric_distribution<std::int64_t> dark(160e3 / 80e6);  // pulses before one that is seen
+    for (std::int64_t at = frame.start_ps + 12500 * dark(random); at < frame.end_ps;
+         at += 12500 * (1 + dark(random))) {
+      frame.photons_ps.push_back(at + std::llround(jitter(random)));
     }
     std::erase_if(frame.photons_ps,
                   [&](std::int64_t t) { return t < frame.start_ps || t >= frame.end_ps; });
