@@ -99,7 +99,8 @@ void DetectorWaits::find_dead_time(FoundList& found, double detections_a_frame) 
   }
   // Detections within the configured dead time.
   double counted = 0, expected = 0;
-  for (std::size_t bin = 0; begin_ns(bin + 1) < waits_too_short * dead_time_ns_; ++bin) {
+  for (std::size_t bin = 0; bin + 1 < bins; ++bin) {
+    if (begin_ns(bin + 1) > waits_too_short * dead_time_ns_) break;
     counted += after_[bin], expected += control_[bin];
   }
   if (!(counted > 0) || -lost * std::sqrt(detections_a_frame) < least_that_matters) return;

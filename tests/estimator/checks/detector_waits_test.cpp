@@ -63,6 +63,17 @@ TEST(DetectorWaits, ADeadTimeThatIsTooLongIsContradicted) {
   EXPECT_NEAR(dead->value, 50, 1.5);
 }
 
+// Longer than all waits that are told apart, as detectors for 1.5 um have it.
+TEST(DetectorWaits, ADeadTimeOfManyMicrosecondsIsNotContradicted) {
+  for (const double dead_ns : {18'000.0, 30'000.0, 50'000.0, 200'000.0}) {
+    const test::FrameMaker made = light(0.05, dead_ns);
+    EXPECT_TRUE(found(made, dead_ns).all().empty()) << dead_ns;
+    if (dead_ns < 35'000) {
+      EXPECT_TRUE(one(found(made, 0), FindingName::dead_time)) << dead_ns;
+    }
+  }
+}
+
 // Of weak light no more is lost than a frame's own scatter.
 TEST(DetectorWaits, ADeadTimeThatHardlyMattersIsNotFound) {
   EXPECT_EQ(found(light(0.0002, 5), 0).all().size(), 0U);
