@@ -15,7 +15,7 @@ namespace splid::checks {
 // The control beside them, the waits from the same instants a whole number of pattern periods
 // later, has as much of light that repeats with the pattern or changes slowly.
 // - dead_time: the first waits are empty and those of the control are not. Up to some 37 us: then
-//   the control, which is 20 us later, has no wait below 17 us either.
+//   the control, 20 us later, has no wait below 17 us either.
 // - afterpulsing: after the dead time the next detection comes sooner than in the control, at first
 //   more so than later; both are hazards, over the instants after which none came yet.
 // - timing_walk: returns soon after a detection are late against those after more than 2 us.

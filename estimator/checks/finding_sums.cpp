@@ -24,16 +24,16 @@ void FindingSums::clear() {
 void FindingSums::add(const FoldedFrame& frame) {
   for (std::size_t row = 0; row < rows_with_directions; ++row)
     rows_[row].add(findings_.scores().rows[row]);
-  const ResidualMap& map = findings_.map();
   for (std::size_t p = 0; p < by_pulse_.size(); ++p) {
     const PulseLight expected = findings_.expected_at(p);
-    by_pulse_[p] += map.by_pulse()[p];
+    by_pulse_[p] += findings_.counted_at(p);
     expected_[p] += expected.light + expected.dark;
     light_[p] += expected.light;
   }
   for (std::size_t k = 0; k < by_phase_.size(); ++k) {
-    by_phase_[k] += map.by_phase()[k];
-    seen_phase_[k] += findings_.seen_at_phase(k);
+    const double seen = findings_.seen_at_phase(k);
+    by_phase_[k] += seen > 0 ? findings_.map().by_phase()[k] : 0;
+    seen_phase_[k] += seen;
   }
   frames_ += 1, length_ns_ += frame.length_ns, seen_ns_ += frame.seen_ns;
 }
@@ -79,7 +79,7 @@ FoundList FindingSums::found() const {
     if (is_free[k] != 0) photons += by_phase_[k], seen += seen_phase_[k], bins += 1;
   }
   for (std::size_t k = 0; k < by_phase_.size(); ++k) {
-    if (is_free[k] != 0) phases.add(by_phase_[k], photons * seen_phase_[k] / seen);
+    if (is_free[k] != 0 && seen > 0) phases.add(by_phase_[k], photons * seen_phase_[k] / seen);
   }
   const double amount = std::sqrt(std::max(0.0, phases.excess) * bins) / frames_;
   say(all, finding_table()[phase_row], amount, phases.gain_nats());

@@ -56,6 +56,7 @@ Findings::Findings(const PulseTrain& train, const PulseShape& shape, std::size_t
       map_(train, shape, max_photons),
       seen_finder_(train, map_, dead_time_ns),
       fit_(map_, train, pulse_) {
+  seen_pulses_.reserve(map_.by_pulse().size());
   const MapBasis& basis = fit_.basis();
   for (std::size_t row = 0; row < rows_with_directions; ++row) {
     const Direction& direction = finding_table()[row].directions.front();
@@ -86,8 +87,10 @@ const Verdict& Findings::judge(const FoldedFrame& frame, const likelihood::Model
     decide(frame);
     name_best(frame);
   }
+  see_pulses(model, target);
   judge_pulses();
-  if (model.count == 1) judge_phases(frame);
+  is_alone_ = model.count == 1;
+  if (is_alone_) judge_phases(frame);
   return verdict_;
 }
 
@@ -351,31 +354,45 @@ void Findings::find_sandwich() {
 
 PulseLight Findings::expected_at(std::size_t p) const {
   const Comb& comb = train_.segments.front().comb;
-  const double pulses = static_cast<double>(comb.times_ns.size());
-  const double seen = seen_->of_pulse.empty() ? 1 : seen_->of_pulse[p];
+  const double pulses = static_cast<double>(comb.times_ns.size()), seen = seen_pulses_[p];
+  if (!(seen > 0)) return {0, 0};
   return {
       light_of_pulses_ * comb.amplitudes[p] * seen / seen_amplitude_,
       seen * fit_.dark_per_ns() * map_parts / pulses * 2 * half_pulse_widths * pulse_.width_ns()};
 }
 
+// Pulses that another target's come near, anywhere in the frame, are left out.
+void Findings::see_pulses(const likelihood::Model& model, std::size_t target) {
+  seen_pulses_.assign(map_.by_pulse().size(), 1);
+  const Comb& comb = train_.segments.front().comb;
+  const DelayTrack& own = model.targets.at(target).track;
+  for (std::size_t p = 0; p < seen_pulses_.size(); ++p) {
+    if (!seen_->of_pulse.empty()) seen_pulses_[p] = seen_->of_pulse[p];
+    for (std::size_t k = 0; k < model.count; ++k) {
+      const DelayTrack apart = model.targets[k].track - own;
+      const double near_ns = pulse_reach_widths * pulse_.width_ns() + std::abs(apart.walk_ns) / 2 +
+                             std::abs(apart.quadratic_ns);
+      const double from_ns = comb.times_ns[p] - apart.delay_ns;
+      if (k != target && std::abs(comb.to_nearest_ns(from_ns)) < near_ns) seen_pulses_[p] = 0;
+    }
+  }
+}
+
 // Whether the light is shared among the pulses as the pattern's amplitudes say.
 void Findings::judge_pulses() {
-  const std::span<const double> counts = map_.by_pulse();
-  light_of_pulses_ = 0;
-  if (counts.empty()) return;
-  seen_amplitude_ = 0;
+  const std::size_t pulses = seen_pulses_.size();
+  light_of_pulses_ = seen_amplitude_ = 0;
+  if (pulses == 0) return;
   const std::vector<double>& amplitudes = train_.segments.front().comb.amplitudes;
-  for (std::size_t p = 0; p < counts.size(); ++p) {
-    seen_amplitude_ += amplitudes[p] * (seen_->of_pulse.empty() ? 1 : seen_->of_pulse[p]);
-  }
+  for (std::size_t p = 0; p < pulses; ++p) seen_amplitude_ += amplitudes[p] * seen_pulses_[p];
   double light = 0;
-  for (std::size_t p = 0; p < counts.size(); ++p) light += counts[p] - expected_at(p).dark;
+  for (std::size_t p = 0; p < pulses; ++p) light += counted_at(p) - expected_at(p).dark;
   if (!(light > 0)) return;
   light_of_pulses_ = light;
   double of_uneven = 0;
-  for (std::size_t p = 0; p < counts.size(); ++p) {
+  for (std::size_t p = 0; p < pulses; ++p) {
     const PulseLight own = expected_at(p);
-    scores_.by_pulse.add(counts[p], own.light + own.dark, own.light);
+    scores_.by_pulse.add(counted_at(p), own.light + own.dark, own.light);
     of_uneven += 4 * own.light * own.light * (own.light + own.dark);
   }
   const SquareSum& sum = scores_.by_pulse;
@@ -387,7 +404,7 @@ void Findings::judge_pulses() {
     // The share of the pulses' amplitude without light, if the others are lit alike.
     const double dark_share = misfit * misfit / (1 + misfit * misfit);
     verdict_.found.add(finding_table()[pattern_row].found(dark_share, gain));
-  } else if (counts.size() >= fewest_for_amplitudes && 2 * gain > sure_squares_of_sums) {
+  } else if (pulses >= fewest_for_amplitudes && 2 * gain > sure_squares_of_sums) {
     verdict_.found.add(finding_table()[pulse_row].found(misfit, gain));
   }
 }

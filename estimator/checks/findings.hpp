@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "estimator/checks/finding.hpp"
 #include "estimator/checks/map_fit.hpp"
@@ -89,8 +90,15 @@ class Findings {
   [[nodiscard]] const ResidualMap& map() const { return map_; }
   // Of pulse p of a train of a single segment, in the frame that was judged last.
   [[nodiscard]] PulseLight expected_at(std::size_t p) const;
-  // The share of the light in phase bin k that the detector could see in that frame.
+  // Its photons within two widths of the peak; 0, as expected_at(p) is, where other targets' pulses
+  // come near.
+  [[nodiscard]] double counted_at(std::size_t p) const {
+    return seen_pulses_[p] > 0 ? map_.by_pulse()[p] : 0;
+  }
+  // The share of the light in phase bin k that the detector could see in that frame; 0 where the
+  // light there is that of other targets.
   [[nodiscard]] double seen_at_phase(std::size_t k) const {
+    if (!is_alone_) return 0;
     return seen_->of_phase.empty() ? 1 : seen_->of_phase[k];
   }
 
@@ -112,6 +120,7 @@ class Findings {
   void widen_by_parting(const Candidate& best);
   [[nodiscard]] double hidden_by_spread_ns(const Member& richer) const;
   void find_sandwich();
+  void see_pulses(const likelihood::Model& model, std::size_t target);
   void judge_pulses();
   void judge_phases(const FoldedFrame& frame);
   void sum_phases(double mean, std::size_t group, std::span<const double> seen);
@@ -137,6 +146,8 @@ class Findings {
   FrameScores scores_;
   std::array<Term, most_terms> terms_;  // those fitted, then the rows'
   std::size_t fitted_ = 0, size_ = 0;
+  bool is_alone_ = true;             // the frame has no other target
+  std::vector<double> seen_pulses_;  // how much of each pulse's light could be seen
   std::array<std::size_t, rows_with_directions> first_term_, row_terms_;
   MapFit::Slopes slopes_;
   TermMatrix solved_;  // scratch

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <random>
 
+#include "estimator/checks/finding.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "tests/support/frame_maker.hpp"
 
@@ -166,6 +167,28 @@ TEST(BeyondModel, RecentFindingsAreOfOnePixelOrOfNone) {
   }
   EXPECT_TRUE(one.recent_findings.has(FindingName::pulse_width));
   EXPECT_TRUE(several.recent_findings.all().empty());
+}
+
+// What the model has of a second target is nothing that its pulses, and many frames, show beyond
+// it. 180 ns behind the first, half of its pulses fall on those of the first.
+TEST(BeyondModel, ASecondTargetIsNoFinding) {
+  SceneOptions two;
+  two.targets = 2;
+  for (const double apart_m : {2.5, 180 * half_c_m_per_ns, 189 * half_c_m_per_ns + 0.04}) {
+    const test::FrameMaker first = beyond_scene();
+    const test::FrameMaker second = first.beside(apart_m, 0.2, 0.8);
+    FrameEstimator estimator = beyond_estimator(first, two);
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+      const Estimate e = estimator.estimate(first.make_with({second}, seed).view());
+      EXPECT_EQ(e.target_count, 2U) << apart_m << " " << seed;
+      for (const FoundList& list : {e.findings, e.targets[1].findings, e.recent_findings}) {
+        for (const Finding& finding : list.all()) {
+          ADD_FAILURE() << apart_m << " " << seed << " " << checks::to_string(finding.name) << " "
+                        << finding.value << " " << finding.gain_nats;
+        }
+      }
+    }
+  }
 }
 
 // A brighter wall, a period of the comb behind the followed one: half of its pulses fall on the old
