@@ -54,7 +54,7 @@ Findings::Findings(const PulseTrain& train, const PulseShape& shape, std::size_t
     : pulse_(shape),
       train_(train),
       map_(train, shape, max_photons),
-      seen_finder_(train, map_, dead_time_ns),
+      seen_finder_(train, map_, shape.width_ns(), max_photons, dead_time_ns),
       fit_(map_, train, pulse_) {
   seen_pulses_.reserve(map_.by_pulse().size());
   const MapBasis& basis = fit_.basis();
@@ -78,8 +78,9 @@ const Verdict& Findings::judge(const FoldedFrame& frame, const likelihood::Model
   verdict_ = {};
   scores_ = {};
   if (!map_.looks() || frame.seen_ns <= 0) return verdict_;
-  map_.fill(frame, model.targets.at(target).track);
-  seen_ = &seen_finder_.look(frame, map_, parts);
+  const DelayTrack& track = model.targets.at(target).track;
+  map_.fill(frame, track);
+  seen_ = &seen_finder_.look(frame, map_, track, parts);
   fit_.begin(frame, model, target, *seen_);
   list_terms(facts);
   screen(facts);

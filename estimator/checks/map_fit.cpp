@@ -133,7 +133,8 @@ void MapFit::see_background(const FoldedFrame& frame) {
 // The light of other targets, some of whose pulses meet others of this target's.
 //
 // Design note: where they move alike, their light is alike in all parts, and one part is made for
-// all. Light of less than half a photon is left out.
+// all. Light of less than half a photon is left out. What they have outside of the map is what was
+// counted there beside the background: how much of it a dead time hides need not be known.
 void MapFit::add_others(const FoldedFrame& frame, const likelihood::Model& model,
                         std::size_t target) {
   constexpr double alike_widths = 0.5, least_photons = 0.5;
@@ -148,12 +149,10 @@ void MapFit::add_others(const FoldedFrame& frame, const likelihood::Model& model
   }
   const std::size_t parts = are_others_alike_ ? 1 : map_parts;
   const double seen_ns = frame.seen_ns / frame.scale;
-  double all = 0;
   for (std::size_t l = 0; l < model.count; ++l) {
     if (l == target) continue;
     const likelihood::Target& other = model.targets.at(l);
     const double light = other.signal_per_pulse * train_.amplitude_per_ns * seen_ns / map_parts;
-    all += light * map_parts;
     for (std::size_t j = 0; j < parts; ++j) {
       const double share = are_others_alike_ ? 0 : (static_cast<double>(j) + 0.5) / map_parts - 0.5;
       add_other(light, other.track.at(share) - own.at(share), j);
@@ -162,8 +161,8 @@ void MapFit::add_others(const FoldedFrame& frame, const likelihood::Model& model
   double photons = 0;
   for (const double light : others_) photons += light;
   if (are_others_alike_) photons *= map_parts;
-  others_elsewhere_ = std::max(0.0, all - photons);
   has_others_ = photons > least_photons;
+  others_elsewhere_ = std::max(0.0, map_.elsewhere() - dark_elsewhere_);
 }
 
 void MapFit::add_other(double light, double apart_ns, std::size_t part) {

@@ -57,6 +57,7 @@ class ResidualMap {
   [[nodiscard]] double elsewhere() const { return elsewhere_; }  // photons outside of the map
   // Photons within two widths of each pulse's peak, of a train of a single segment; else empty.
   [[nodiscard]] std::span<const double> by_pulse() const { return by_pulse_; }
+  [[nodiscard]] double peak_ns() const { return peak_ns_; }
   // After which offset a pulse's first photons come.
   [[nodiscard]] double first_light_ns() const { return peak_ns_ - 2 * half_pulse_ns_; }
   // Photons by phase, in bins of some eight widths, and which bins no pulse reaches (1). Empty

@@ -1,25 +1,22 @@
 #include "estimator/checks/seen_light.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <numeric>
+
+#include "estimator/fold/kernel_choice.hpp"
+#include "estimator/model/units.hpp"
 
 namespace splid::checks {
 namespace {
 
-// How many pulses of a comb come within a time before one of them, on average.
-double pulses_within(const Comb& comb, double time_ns) {
-  double pairs = 0;
-  for (const double to : comb.times_ns) {
-    for (const double from : comb.times_ns) {
-      const double apart_ns = to - from > 0 ? to - from : to - from + comb.period_ns;
-      if (apart_ns <= time_ns) pairs += 1 + std::floor((time_ns - apart_ns) / comb.period_ns);
-    }
-  }
-  return pairs / static_cast<double>(comb.times_ns.size());
-}
-
 constexpr double least_part = 1e-6;  // of a part of the frame, so that logarithms exist
 constexpr double least_seen = 1e-3;  // of the light at any phase
+constexpr double bins_a_width = 2, most_bins = 1 << 16;
+// A detector that comes back so often within a pulse sees another pulse.
+constexpr double most_back = 0.01;
+constexpr std::size_t most_pulses = 256;  // that the dead time of a cell is a mean over
 
 }  // namespace
 
@@ -43,85 +40,115 @@ SeenParts seen_parts(const FrameView& view) {
   return parts;
 }
 
-SeenLightFinder::SeenLightFinder(const PulseTrain& train, const ResidualMap& map,
-                                 double dead_time_ns)
+SeenLightFinder::SeenLightFinder(const PulseTrain& train, const ResidualMap& map, double width_ns,
+                                 std::size_t max_photons, double dead_time_ns)
     : train_(train) {
-  if (dead_time_ns > 0) {
-    pulses_before_ = train.single() ? pulses_within(train.segments.front().comb, dead_time_ns)
-                                    : dead_time_ns * train.pulses_per_ns;
+  if (!(dead_time_ns > 0)) return;
+  for (const PulseTrain::Segment& segment : train.segments) {
+    const double bins =
+        std::clamp(segment.comb.period_ns * bins_a_width / width_ns, 2.0, most_bins);
+    passed_.emplace_back(std::bit_ceil(static_cast<std::size_t>(bins)) + 1);
   }
+  phases_32_.resize(max_photons);
   seen_.of_phase.reserve(map.by_phase().size());
   seen_.of_pulse.reserve(map.by_pulse().size());
 }
 
 const SeenLight& SeenLightFinder::look(const FoldedFrame& frame, const ResidualMap& map,
-                                       const SeenParts& parts) {
+                                       const DelayTrack& track, const SeenParts& parts) {
   seen_.of_part = parts;
   seen_.of_cell.fill(1);
   seen_.elsewhere = 1;
   seen_.of_phase.clear();
   seen_.of_pulse.clear();
   if (frame.dead == nullptr) return seen_;
-  see_cells(frame, map);
-  if (!map.by_phase().empty()) see_phases(frame, map);
+  frame_ = &frame;
+  if (phases_32_.size() < frame.size()) phases_32_.resize(frame.size());
+  for (std::size_t s = 0; s < passed_.size(); ++s) count(track, s);
+  see_cells(map);
+  const std::size_t bins = map.by_phase().size();
+  for (std::size_t k = 0; k < bins; ++k) {
+    const double turns = (static_cast<double>(k) + 0.5) / static_cast<double>(bins);
+    seen_.of_phase.push_back(seen_at(0, turns * train_.period_ns));
+  }
+  if (bins == 0) return seen_;
+  const double dead_ns = frame.dead->dead_time_ns / frame.scale;
+  const double pulse_ns = -2 * (map.first_light_ns() - map.peak_ns());
+  for (const double time_ns : train_.segments.front().comb.times_ns) {
+    const double first_ns = time_ns + map.first_light_ns();
+    const double back = detected(0, first_ns - dead_ns, first_ns + pulse_ns - dead_ns);
+    seen_.of_pulse.push_back(back < most_back ? seen_at(0, first_ns) : 0);
+  }
   return seen_;
 }
 
-void SeenLightFinder::see_cells(const FoldedFrame& frame, const ResidualMap& map) {
-  const DeadIntervals& intervals = *frame.dead;
-  const double dead_ns = intervals.dead_time_ns / frame.scale;
-  const double seen_ns = frame.seen_ns / frame.scale;
-  const double pulses = train_.pulses_per_ns * seen_ns;
-  const double share_of_map = std::min(most_blind, train_.pulses_per_ns * 2 * map.reach_ns());
-  const double near = static_cast<double>(frame.size()) - map.elsewhere();
-  // Dead before the map: from light elsewhere, and from the pulses before.
-  const double before =
-      map.elsewhere() / (seen_ns * (1 - share_of_map)) * dead_ns * (1 - share_of_map) +
-      near / pulses * pulses_before_;
-  std::array<double, most_cells> of_cell{};
-  for (std::size_t i = 0; i < map.cells(); ++i) {
-    for (std::size_t j = 0; j < map_parts; ++j) of_cell[i] += map.part(j)[i] / pulses;
-  }
-  double within = 0, mean = 0;
-  std::size_t first = 0;  // the first cell within the dead time
-  for (std::size_t i = 0; i < map.cells(); ++i) {
-    while (map.edge_ns(first + 1) < map.edge_ns(i) - dead_ns) within -= of_cell[first++];
-    const double dead = intervals.share * (before + within + of_cell[i] / 2);
-    seen_.of_cell[i] = std::max(least_seen, 1 - dead);
-    mean += seen_.of_cell[i] * map.cell_ns(i) / (2 * map.reach_ns());
-    within += of_cell[i];
-  }
-  const double of_all = 1 - intervals.dead_ns / frame.seen_ns;
-  seen_.elsewhere = std::max(least_seen, (of_all - share_of_map * mean) / (1 - share_of_map));
+// The detections of a segment before each bin of the comb's period, at the phases that they have
+// where the target is at delay 0 and at rest.
+void SeenLightFinder::count(const DelayTrack& track, std::size_t segment) {
+  const FoldedFrame& frame = *frame_;
+  const std::size_t begin = frame.group_begin(segment), photons = frame.group_end[segment] - begin;
+  const double period_ns = train_.segments[segment].comb.period_ns, to_32 = 0x1p32 / period_ns;
+  const double per_ns = 1 / frame.length_ns;
+  best_search_kernels().curve_phases(
+      phases_32_.data(), frame.phase_32.data() + begin, frame.time_ns.data() + begin,
+      std::remainder(track.at_mid_frame_ns(), period_ns) * to_32, track.walk_ns * per_ns * to_32,
+      6 * track.quadratic_ns * per_ns * per_ns * to_32, photons);
+  std::vector<std::uint32_t>& passed = passed_[segment];
+  std::fill(passed.begin(), passed.end(), 0);
+  const int shift = 32 - std::countr_zero(passed.size() - 1);
+  for (std::size_t i = 0; i < photons; ++i) ++passed[(phases_32_[i] >> shift) + 1];
+  std::partial_sum(passed.begin(), passed.end(), passed.begin());
 }
 
-void SeenLightFinder::see_phases(const FoldedFrame& frame, const ResidualMap& map) {
-  const std::span<const std::uint32_t> counts = map.by_phase();
-  const Comb& comb = train_.segments.front().comb;
-  const std::size_t bins = counts.size();
-  const double bin_ns = comb.period_ns / static_cast<double>(bins);
-  const double periods = frame.seen_ns / frame.scale / comb.period_ns;
-  const double reach = frame.dead->dead_time_ns / frame.scale / bin_ns;  // in bins
-  const auto whole = static_cast<std::size_t>(reach);
-  // Detections in the dead time before the middle of bin 0: half of it, whole bins, and the rest.
-  double before = 0;
-  for (std::size_t n = 1; n <= whole; ++n) before += counts[(bins - n % bins) % bins];
-  seen_.of_phase.resize(bins);
-  for (std::size_t k = 0; k < bins; ++k) {
-    const double partly =
-        (reach - static_cast<double>(whole)) * counts[(k + bins - (whole + 1) % bins) % bins];
-    const double dead = (before + partly) / periods * frame.dead->share;
-    seen_.of_phase[k] = std::max(least_seen, 1 - dead);
-    before += counts[k];
-    before -= counts[(k + bins - whole % bins) % bins];
+// The detections of a segment between two phases of its comb, a period, times the share of the
+// light that each hides. Photons of no group are taken to be spread as those of the groups.
+double SeenLightFinder::detected(std::size_t segment, double from_ns, double to_ns) const {
+  const FoldedFrame& frame = *frame_;
+  const std::vector<std::uint32_t>& passed = passed_[segment];
+  const PulseTrain::Segment& own = train_.segments[segment];
+  const double period_ns = own.comb.period_ns, bins = static_cast<double>(passed.size() - 1);
+  const auto up_to = [&](double at_ns) {
+    const double turns = std::floor(at_ns / period_ns);
+    const double place = std::clamp((at_ns / period_ns - turns) * bins, 0.0, bins - 1e-6);
+    const auto k = static_cast<std::size_t>(place);
+    return turns * passed.back() + passed[k] +
+           (place - static_cast<double>(k)) * (passed[k + 1] - passed[k]);
+  };
+  const double grouped = static_cast<double>(frame.group_end[passed_.size() - 1]);
+  const double seen_ns = frame.seen_ns / frame.scale * grouped / static_cast<double>(frame.size());
+  const double periods = seen_ns * (own.end_ns - own.begin_ns) / train_.period_ns / period_ns;
+  return frame.dead->share * (up_to(to_ns) - up_to(from_ns)) / periods;
+}
+
+double SeenLightFinder::seen_at(std::size_t segment, double phase_ns) const {
+  const double dead_ns = frame_->dead->dead_time_ns / frame_->scale;
+  return std::max(least_seen, 1 - detected(segment, phase_ns - dead_ns, phase_ns));
+}
+
+void SeenLightFinder::see_cells(const ResidualMap& map) {
+  std::array<double, most_cells> sums{};
+  double light = 0;
+  for (std::size_t s = 0; s < passed_.size(); ++s) {
+    const PulseTrain::Segment& segment = train_.segments[s];
+    const Comb& comb = segment.comb;
+    const double turns = (segment.end_ns - segment.begin_ns) / comb.period_ns;
+    const std::size_t step = 1 + comb.times_ns.size() / most_pulses;
+    for (std::size_t p = 0; p < comb.times_ns.size(); p += step) {
+      light += turns * comb.amplitudes[p];
+      for (std::size_t i = 0; i < map.cells(); ++i) {
+        const double mid_ns = comb.times_ns[p] + map.edge_ns(i) + map.cell_ns(i) / 2;
+        sums[i] += turns * comb.amplitudes[p] * seen_at(s, mid_ns);
+      }
+    }
   }
-  // A pulse's own photons come after the bin in which it begins.
-  for (const double time_ns : comb.times_ns) {
-    const double turns = (time_ns + map.first_light_ns()) / comb.period_ns;
-    const auto bin =
-        static_cast<std::size_t>((turns - std::floor(turns)) * static_cast<double>(bins));
-    seen_.of_pulse.push_back(seen_.of_phase[bin % bins]);
+  double mean = 0;
+  for (std::size_t i = 0; i < map.cells(); ++i) {
+    seen_.of_cell[i] = sums[i] / light;
+    mean += seen_.of_cell[i] * map.cell_ns(i) / (2 * map.reach_ns());
   }
+  const double of_map = std::min(most_blind, train_.pulses_per_ns * 2 * map.reach_ns());
+  const double of_all = 1 - frame_->dead_ns() / frame_->seen_ns;
+  seen_.elsewhere = std::max(least_seen, (of_all - of_map * mean) / (1 - of_map));
 }
 
 }  // namespace splid::checks

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -22,7 +24,8 @@ struct SeenLight {
   std::array<double, most_cells> of_cell;  // at each offset about a pulse
   double elsewhere = 1;                    // on average outside of the map
   std::vector<double> of_phase;            // in each phase bin of the map; empty: alike
-  std::vector<double> of_pulse;            // of each pulse of the train; empty: alike
+  // Of each pulse of the train, 0 where the detector comes back within the pulse; empty: alike.
+  std::vector<double> of_pulse;
   SeenLight() {
     of_part.fill(1);
     of_cell.fill(1);
@@ -30,20 +33,28 @@ struct SeenLight {
 };
 
 // Finds it for frames with their dead time. A detector is dead where a detection came within the
-// dead time before: how often that is at a phase follows from the detections at earlier phases.
+// dead time before: how often that is at a phase of a comb follows from the detections at earlier
+// phases, whichever target they are of.
 class SeenLightFinder {
  public:
-  // map: as it will be filled. dead_time_ns: 0 where none is modelled.
-  SeenLightFinder(const PulseTrain& train, const ResidualMap& map, double dead_time_ns);
-  // map: of this frame.
-  const SeenLight& look(const FoldedFrame& frame, const ResidualMap& map, const SeenParts& parts);
+  // map: as it will be filled. width_ns: of the pulse. dead_time_ns: 0 where none is modelled.
+  SeenLightFinder(const PulseTrain& train, const ResidualMap& map, double width_ns,
+                  std::size_t max_photons, double dead_time_ns);
+  // map: of this frame, about this track.
+  const SeenLight& look(const FoldedFrame& frame, const ResidualMap& map, const DelayTrack& track,
+                        const SeenParts& parts);
 
  private:
-  void see_cells(const FoldedFrame& frame, const ResidualMap& map);
-  void see_phases(const FoldedFrame& frame, const ResidualMap& map);
+  void count(const DelayTrack& track, std::size_t segment);
+  [[nodiscard]] double detected(std::size_t segment, double from_ns, double to_ns) const;
+  // The share of the light at a phase of a segment's comb that the detector could see.
+  [[nodiscard]] double seen_at(std::size_t segment, double phase_ns) const;
+  void see_cells(const ResidualMap& map);
 
   const PulseTrain& train_;
-  double pulses_before_ = 0;  // of a pulse, within the dead time, on average
+  const FoldedFrame* frame_ = nullptr;
+  std::vector<std::vector<std::uint32_t>> passed_;  // of each segment: detections before each bin
+  std::vector<std::uint32_t> phases_32_;            // scratch: one a photon
   SeenLight seen_;
 };
 

@@ -191,6 +191,38 @@ TEST(BeyondModel, ASecondTargetIsNoFinding) {
   }
 }
 
+// Two as bright before such a detector: of each the dead time hides the light that the other one's
+// pulses come before.
+TEST(BeyondModel, TwoBrightTargetsBeforeADetectorWithDeadTimeAreInTheModel) {
+  SceneOptions two;
+  two.targets = 2;
+  for (const auto& [dead_ns, apart_m] : {std::pair{20.0, 2.5}, {20.0, 0.3}, {50.0, 9.0}}) {
+    test::FrameMaker first = beyond_scene();
+    first.pattern = test::random_pattern(3780000, 40, 9000, 3);
+    first.length_ms = 10;
+    first.signal_per_pulse = 0.3;
+    const test::FrameMaker second = first.beside(apart_m, 0, 0.6);
+    test::FrameMaker detector = first;
+    detector.dead_time_ns = dead_ns;
+    FrameEstimator estimator(first.pattern, {}, two, {}, first.length_ms, 200000,
+                             ClockReference::tagger, {.dead_time_ns = dead_ns});
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+      auto frame = first.make_with({second}, seed);
+      std::mt19937_64 random(seed);
+      detector.blind(frame, random);
+      const Estimate e = estimator.estimate(frame.view());
+      EXPECT_EQ(e.target_count, 2U) << dead_ns << " " << apart_m << " " << seed;
+      for (const FoundList& list : {e.findings, e.targets[1].findings, e.recent_findings}) {
+        for (const Finding& finding : list.all()) {
+          ADD_FAILURE() << dead_ns << " " << apart_m << " " << seed << " "
+                        << checks::to_string(finding.name) << " " << finding.value << " "
+                        << finding.gain_nats;
+        }
+      }
+    }
+  }
+}
+
 // A brighter wall, a period of the comb behind the followed one: half of its pulses fall on the old
 // place.
 TEST(BeyondModel, AFollowedTargetIsLeftWhereTheBeamStepsByAPeriodOfTheComb) {
