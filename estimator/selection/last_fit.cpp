@@ -82,10 +82,12 @@ void TargetSelection::sort_by_signal() {
   }
 }
 
-// Puts pairs where their light is as well another pair's, and notes by how much that is the worse:
-// two targets alike whose delays differ by a multiple of 9 ns make two more whole combs of 180 and
-// 189 ns (CombMeetings), and the two pairs differ in one pulse of 41. Of three targets and more,
-// several pairs may have to change places.
+// Puts targets where their light is as well, and notes by how much that is the worse. Two alike
+// whose delays differ by a multiple of 9 ns make two more whole combs of 180 and 189 ns
+// (CombMeetings), and the two pairs differ in one pulse of 41. A weaker one that has its pulses of
+// one rate where a brighter one has such pulses was seen by its other rate alone, and is then found
+// at any multiple of that rate's period. Of three targets and more, several may have to change
+// places.
 void TargetSelection::try_other_places() {
   for (std::size_t round = 0; round < most_targets; ++round) {
     const Maximum found = all_;
@@ -99,32 +101,40 @@ void TargetSelection::try_other_places() {
 
 void TargetSelection::try_places(const Maximum& found, std::size_t k, std::size_t m) {
   const Target &a = found.model.targets[k], &b = found.model.targets[m];
+  if (parting_widths(a.track, b.track) > same_walk_widths) return;
   const double less = std::min(a.signal_per_pulse, b.signal_per_pulse);
   const double more = std::max(a.signal_per_pulse, b.signal_per_pulse);
-  if (parting_widths(a.track, b.track) > same_walk_widths || less < least_alike * more) return;
   const CombMeetings::Places places = search_.meetings().find(a.track.delay_ns, b.track.delay_ns);
   const auto delays_ns = places.delays_ns();
-  const auto at = [&](double delay_ns) {
+  const auto at = [&](double delay_ns, double signal_per_pulse) {
     return Target{{delay_ns, (a.track.walk_ns + b.track.walk_ns) / 2,
                    (a.track.quadratic_ns + b.track.quadratic_ns) / 2},
-                  (less + more) / 2};
+                  signal_per_pulse};
   };
   for (std::size_t n = 0; n < delays_ns.size(); ++n) {
-    for (std::size_t i = 0; i < n; ++i) {
+    Model moved = found.model;
+    moved.targets[a.signal_per_pulse < b.signal_per_pulse ? k : m] = at(delays_ns[n], less);
+    try_model(moved, found, k, m);
+    for (std::size_t i = 0; i < n && less >= least_alike * more; ++i) {
       Model other = found.model;
-      other.targets[k] = at(delays_ns[n]);
-      other.targets[m] = at(delays_ns[i]);
-      const Maximum there = maximizer_.maximize(
-          other, {likelihood::free_set(other.count, terms_, scope_.is_width_free),
-                  found.gain_nats - TargetSearch::far_below_nats});
-      if (!there.has_covariance && there.stop != Stop::beaten) continue;
-      const double odds_nats = std::abs(there.gain_nats - found.gain_nats);
-      for (auto* odds : {&pair_odds_nats_[k], &pair_odds_nats_[m]}) {
-        *odds = std::min(odds_nats, odds->value_or(odds_nats));
-      }
-      if (there.has_covariance && there.gain_nats > all_.gain_nats) all_ = there;
+      other.targets[k] = at(delays_ns[n], (less + more) / 2);
+      other.targets[m] = at(delays_ns[i], (less + more) / 2);
+      try_model(other, found, k, m);
     }
   }
+}
+
+void TargetSelection::try_model(const Model& other, const Maximum& found, std::size_t k,
+                                std::size_t m) {
+  const Maximum there =
+      maximizer_.maximize(other, {likelihood::free_set(other.count, terms_, scope_.is_width_free),
+                                  found.gain_nats - TargetSearch::far_below_nats});
+  if (!there.has_covariance && there.stop != Stop::beaten) return;
+  const double odds_nats = std::abs(there.gain_nats - found.gain_nats);
+  for (auto* odds : {&pair_odds_nats_[k], &pair_odds_nats_[m]}) {
+    *odds = std::min(odds_nats, odds->value_or(odds_nats));
+  }
+  if (there.has_covariance && there.gain_nats > all_.gain_nats) all_ = there;
 }
 
 // What a target adds: the others keep their tracks.

@@ -121,6 +121,7 @@ class TargetSelection {
   void drop(std::size_t target);
   void try_other_places();
   void try_places(const Maximum& found, std::size_t k, std::size_t m);
+  void try_model(const Model& other, const Maximum& found, std::size_t k, std::size_t m);
   [[nodiscard]] double gain_of(std::size_t target);
   [[nodiscard]] const TargetSearch::Search* searched_about(std::size_t target) const;
   [[nodiscard]] double range_odds_nats(std::size_t target);
