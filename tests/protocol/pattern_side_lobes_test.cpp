@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "protocol/pattern_make.hpp"
+#include "tests/support/sanitized.hpp"
 
 namespace splid {
 namespace {
@@ -76,7 +77,9 @@ TEST(SideLobes, AreNotSaidWhereThereAreNone) {
   EXPECT_FALSE(highest_side_lobe(make_periodic(Mode::baseline, 1'000)));
   EXPECT_FALSE(
       highest_side_lobe(make_mrr(std::array{90.0, 100.0}, std::array<std::int64_t, 2>{1, 1})));
+#ifndef SPLID_SANITIZED  // sorts four million differences; before a release
   EXPECT_TRUE(highest_side_lobe(make_periodic(Mode::ambiguous, 1e6, 2'000)));
+#endif
   EXPECT_FALSE(highest_side_lobe(make_periodic(Mode::ambiguous, 1e6, 2'001)));
 }
 

@@ -52,7 +52,7 @@ TEST(CloudFile, ThatCannotBeWrittenSaysWhy) {
 TEST(CloudFile, TakesNoMemoryForItsPoints) {
   const test::TempFolder folder;
   const bool is_long = std::getenv("SPLID_LONG_TESTS") != nullptr;
-  const std::uint64_t count = is_long ? 10'000'000 : 100'000;
+  const std::uint64_t count = is_long ? 10'000'000 : 20'000;
   for (const bool ascii : {false, true}) {
     const std::string name = folder.path("a.pcd");
     cloud::File file(name, cloud::pcd_encoding(ascii));

@@ -139,7 +139,7 @@ TEST(Detectors, AfterpulsesFollowTheDeadTimeExponentially) {
 }
 
 TEST(Detectors, SplitDetectorsAreDeadEachOnItsOwn) {
-  Options options = daylight(2e7, 0.02);
+  Options options = daylight(2e7, 0.005);
   const auto all = times_ps(simulate(options, paper_pattern()), TagKind::photon);
   options.photon_input = 3;
   options.detector.inputs = 4;
@@ -147,7 +147,8 @@ TEST(Detectors, SplitDetectorsAreDeadEachOnItsOwn) {
   for (const auto& [input, times] : by_input(simulate(options, paper_pattern()))) {
     EXPECT_GE(input, 3);
     EXPECT_LE(input, 6);
-    EXPECT_NEAR(static_cast<double>(times.size()), 1e5, four_deviations * std::sqrt(0.75e5));
+    EXPECT_NEAR(static_cast<double>(times.size()), 2.5e4,
+                four_deviations * std::sqrt(0.75 * 2.5e4));
     together.insert(together.end(), times.begin(), times.end());
   }
   std::sort(together.begin(), together.end());
@@ -165,7 +166,7 @@ TEST(Detectors, SplitDetectorsAreDeadEachOnItsOwn) {
   std::sort(seen.begin(), seen.end());
   const std::vector<double> gaps = gaps_ns(seen);
   EXPECT_LT(*std::min_element(gaps.begin(), gaps.end()), 1);
-  EXPECT_NEAR(static_cast<double>(seen.size()), 4e5 / (1 + 5e6 * 60e-9), 4 * std::sqrt(4e5));
+  EXPECT_NEAR(static_cast<double>(seen.size()), 1e5 / (1 + 5e6 * 60e-9), 4 * std::sqrt(1e5));
 }
 
 // The light and the dead time are those of a detector without walk; each tag is late by what the
