@@ -81,9 +81,10 @@ StreamCounters& operator+=(StreamCounters& sum, const StreamCounters& more);
 // From a source to estimated frames: source thread -> ring -> framer thread -> estimation threads
 // -> whoever takes the frames. Frame k goes to estimation thread k mod N and is taken from there in
 // the same order. Of several pixels, pixel p of every frame goes to estimation thread p mod N, and
-// a frame is taken once all threads are done with it, and one more
-// thread has joined its pixels, where the scene asks for that. So N changes neither the order of
-// the frames nor a bit of them. docs/architecture.md has the threads on one page.
+// a frame is taken once all threads are done with it, and one more thread has joined its pixels,
+// where the scene asks for that. So N changes neither the order of the frames nor a bit of them;
+// but one pixel that is tracked is followed from the frame N before. docs/architecture.md has the
+// threads on one page.
 //
 // Threads: made, started, read with next() and joined on one; each other function says who may call
 // it. Errors: the constructor throws Error(Fault::usage) where a frame does not fit the ring or the
