@@ -1,6 +1,7 @@
 """Recordings and tags measured, as tables of frames."""
 
 import os
+import time
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 import numpy as np
@@ -10,7 +11,7 @@ from splid import _splid
 from splid._arguments import path_of
 from splid._config import AnyConfig, bound_config
 from splid._log import told
-from splid._recording import Recording
+from splid._recording import TAG, Recording
 
 if TYPE_CHECKING:
     import pandas
@@ -104,7 +105,7 @@ def frames(recording: "Union[Recording, os.PathLike[str], str, npt.NDArray[Any]]
     config: its source is not used. It decides how many threads estimate
     (pipeline.estimation_threads). encoder: a file of an encoder's counts; by default the file
     beside the recording, or the configured file. start_unix_s: of an array, UTC at its tags' time
-    0, for the columns time and timestamp; None: the time of now.
+    0, for the columns time and timestamp; None: the first tag came now.
 
     The recording may be larger than memory; the table takes less than 1 kB a frame.
 
@@ -117,6 +118,8 @@ def frames(recording: "Union[Recording, os.PathLike[str], str, npt.NDArray[Any]]
             if encoder:
                 raise ValueError("encoder: an array of tags has no counts to be joined with"
                                  "; give the recording's file")
+            if start_unix_s is None and recording.dtype == TAG and recording.size > 0:
+                start_unix_s = time.time() - 1e-12 * float(recording["time_ps"].flat[0])
             return Frames.of_columns(_splid.frames_of_tags(bound, recording, start_unix_s))
         file = (recording.file if isinstance(recording, Recording)
                 else path_of("recording", recording, ", a Recording or an array of TAG"))

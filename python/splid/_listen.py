@@ -23,15 +23,15 @@ class Message(NamedTuple):
     body: dict[str, Any]
 
 
-def listen(endpoint: str = "tcp://127.0.0.1:9872", *, topics: Sequence[str] = ("frame",),
+def listen(endpoint: str = "tcp://127.0.0.1:9872", *, topics: "Sequence[str] | str" = ("frame",),
            key: "Optional[os.PathLike[str] | str]" = None,
            server_key: "Optional[os.PathLike[str] | str]" = None,
            timeout_s: Optional[float] = None) -> Iterator[Message]:
     """Iterates over the messages of a running splid until its status says that it stops.
 
-    topics: beginnings of topics: frame, status, version; "" is everything. key: the file of a
-    secret key that `splid keys` made, where the endpoint is protected; server_key: then the
-    server's public key, as its 40 characters or its file. timeout_s: how long nothing may come;
+    topics: beginnings of topics, or one as text: frame, status, version; "" is everything. key: the
+    file of a secret key that `splid keys` made, where the endpoint is protected; server_key: then
+    the server's public key, as its 40 characters or its file. timeout_s: how long nothing may come;
     None: any time. Subscribes at the first step of the iteration, and disconnects when the iterator
     is closed.
 
@@ -40,6 +40,7 @@ def listen(endpoint: str = "tcp://127.0.0.1:9872", *, topics: Sequence[str] = ("
     """
     import zmq
 
+    topics = (topics,) if isinstance(topics, str) else topics
     socket = zmq.Context.instance().socket(zmq.SUB)
     try:
         _connect(socket, endpoint, topics, key, server_key)

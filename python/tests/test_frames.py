@@ -5,6 +5,7 @@ import math
 import os
 import signal
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -69,6 +70,16 @@ def test_tags_in_memory_give_the_frames_of_their_recording(interleaved):
     of_tags = splid.frames(tags, config, start_unix_s=file.start_unix_s)[:len(table)]
     for name in ("start_ps", "distance_m", "velocity_mps", "signal_per_pulse", "timestamp"):
         assert of_tags[name].tobytes() == table[name].tobytes(), name
+
+
+def test_tags_without_a_date_begin_now(interleaved):
+    recording, config = interleaved
+    tags = np.concatenate(list(splid.Recording(recording).tags()))
+    before = time.time()
+    first = splid.frames(tags, config)[0]
+    middle_s = 1e-3 * first["duration_ms"] / 2
+    assert before - 1 < first["timestamp"] - middle_s < time.time() + 1
+    assert len(splid.frames(tags[:0], config)) == 0
 
 
 def test_several_pixels_have_a_row_each(interleaved):

@@ -52,6 +52,17 @@ def test_topics_that_were_not_asked_for_stay_away(publisher):
     assert heard == ["frame", "status"]
 
 
+def test_text_is_one_topic(publisher):
+    socket, endpoint = publisher
+    socket.bind(endpoint)
+    messages = [("frame", {}), ("frame", {"last": True}), ("ferry", {}), STATUS]
+    sender = threading.Thread(target=publish, args=(socket, messages))
+    sender.start()
+    heard = [message.topic for message in splid.listen(endpoint, topics="frame", timeout_s=60)]
+    sender.join()
+    assert heard == ["frame", "frame"]
+
+
 def test_silence_ends_with_an_error(publisher):
     endpoint = publisher[1]
     with pytest.raises(splid.DeviceError, match="nothing came for 0.2 s"):
