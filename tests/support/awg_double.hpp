@@ -61,13 +61,17 @@ class AwgDouble {
     if (!playing_ || !outputs_["1"] || (model_ == Model::m8195a && !outputs_["3"])) return out;
     out.sample_ps = 1e12 / rate_hz_;
     out.loop_ps = out.sample_ps * static_cast<double>(samples_);
+    bool marker_before = marker(samples_ - 1);
+    bool pulse_before = is_pulse(samples_ - 1, rest_v);
     for (std::int64_t i = 0; i < samples_; ++i) {
-      const std::int64_t before = (i + samples_ - 1) % samples_;
       const double at_ps = static_cast<double>(i) * out.sample_ps;
-      if (marker(i) && !marker(before)) out.markers_ps.push_back(at_ps);
-      if (!is_pulse(i, rest_v)) continue;
-      ++out.pulse_samples;
-      if (!is_pulse(before, rest_v)) out.pulses_ps.push_back(at_ps);
+      const bool is_marker = marker(i);
+      const bool pulse = is_pulse(i, rest_v);
+      if (is_marker && !marker_before) out.markers_ps.push_back(at_ps);
+      if (pulse && !pulse_before) out.pulses_ps.push_back(at_ps);
+      out.pulse_samples += pulse ? 1 : 0;
+      marker_before = is_marker;
+      pulse_before = pulse;
     }
     return out;
   }
@@ -255,9 +259,20 @@ class AwgDouble {
     std::string numbers;
     for (std::size_t i = 0; i < bytes.size(); i += is_m8195a() ? 1 : 2) {
       const int value = is_m8195a() ? static_cast<std::int8_t>(bytes[i]) : word_at(2 * first + i);
-      numbers += (i == 0 ? "" : ",") + std::to_string(value);
+      if (i != 0) numbers += ',';
+      numbers += text_of(value);
     }
     return numbers;
+  }
+
+  // Each is made once: that takes most of the time of a test that is not optimised.
+  static const std::string& text_of(int value) {
+    static const std::vector<std::string> texts = [] {
+      std::vector<std::string> all;
+      for (int each = INT16_MIN; each <= INT16_MAX; ++each) all.push_back(std::to_string(each));
+      return all;
+    }();
+    return texts[static_cast<std::size_t>(value - INT16_MIN)];
   }
 
   void start(bool is_set_up) {

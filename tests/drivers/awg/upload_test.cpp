@@ -10,6 +10,7 @@
 #include "protocol/error.hpp"
 #include "protocol/pattern_make.hpp"
 #include "tests/support/awg_double.hpp"
+#include "tests/support/sanitized.hpp"
 
 namespace splid::awg {
 namespace {
@@ -95,8 +96,9 @@ TEST(AwgUpload, OtherModelsPlayTheSame) {
     options = options_for(m8190a);
     options.model = 2;
     check_played(mrr, m8190a, options);
-    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-      check_played(make_random({3'780'000, 40, 9'000, seed}), m8190a, options);
+    for (int seed = 1; seed <= test::times(4); ++seed) {
+      check_played(make_random({3'780'000, 40, 9'000, static_cast<std::uint64_t>(seed)}), m8190a,
+                   options);
     }
     const Uploaded uploaded =
         upload(options, make_interleaved(std::array{180e3, 189e3}), ignore, never);
@@ -185,7 +187,7 @@ std::string error_with(const AwgFaults& faults, Fault fault = Fault::device,
                        AwgDouble::Model model = AwgDouble::Model::m8195a) {
   AwgDouble awg(model, faults);
   Options options = options_for(awg);
-  options.timeout_s = faults.silent_at.empty() ? 120 : 0.3;
+  options.timeout_s = faults.silent_at.empty() ? 120 : 2;
   try {
     upload(options, make_random({}), ignore, never);
   } catch (const Error& error) {
@@ -218,11 +220,11 @@ TEST(AwgUpload, NamesWhatTheInstrumentSays) {
 
 TEST(AwgUpload, NamesWhereTheInstrumentFallsSilent) {
   EXPECT_THAT(error_with(at(&AwgFaults::silent_at, "*IDN?")),
-              HasSubstr(": *IDN?: not done after 300 ms"));
+              HasSubstr(": *IDN?: not done after 2000 ms"));
   EXPECT_THAT(error_with(at(&AwgFaults::silent_at, ":TRAC1:DATA 1,64512")),
-              HasSubstr(":TRAC1:DATA 1,64512,, then *OPC?: not done after 300 ms"));
+              HasSubstr(":TRAC1:DATA 1,64512,, then *OPC?: not done after 2000 ms"));
   EXPECT_THAT(error_with(at(&AwgFaults::silent_at, ":SYST:ERR?")),
-              HasSubstr("*CLS, then :SYST:ERR?: not done after 300 ms"));
+              HasSubstr("*CLS, then :SYST:ERR?: not done after 2000 ms"));
   EXPECT_THAT(
       error_with(at(&AwgFaults::cut_at, ":TRAC1:DATA 1,32256")),
       AllOf(HasSubstr(", at :TRAC1:DATA 1,32256"),
