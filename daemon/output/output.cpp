@@ -226,6 +226,8 @@ void Output::look_around(Stream& stream) {
 
 StreamHealth Output::health(Stream& stream) {
   StreamHealth health;
+  // Before last_arrival_ns: the framer empties the ring after it has set that.
+  health.ring_is_empty = stream.ring_is_empty();
   const FramerTotals tags = all_counters(stream).framer;
   health.tags = tags.events;
   const std::int64_t now_ns = clock_.steady_ns();

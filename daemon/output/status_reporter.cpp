@@ -227,7 +227,7 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
   const std::int64_t heard_ns =
       health.last_arrival_ns == 0 ? stream_.started_ns : health.last_arrival_ns;
   status_.reason.clear();
-  if (stream_.source.live &&
+  if (stream_.source.live && health.ring_is_empty &&
       static_cast<double>(clock_.steady_ns() - heard_ns) > silence_limit_ns_) {
     status_.state = DaemonState::waiting_for_device;
     status_.reason = stream_.source.name + " sends nothing, not even a heartbeat";

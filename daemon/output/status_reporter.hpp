@@ -32,6 +32,7 @@ struct StreamHealth {
   std::string configuration_fault = {};
   std::optional<RecordingStatus> recording = {};  // absent: nothing is to be recorded
   bool clock_is_at_its_end = false;               // tags come beyond the range of times
+  bool ring_is_empty = true;                      // else what comes waits, which is no silence
 };
 
 // What the status needs to know of the configuration.

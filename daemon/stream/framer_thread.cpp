@@ -111,7 +111,8 @@ void FramerThread::take(std::span<const Tag> some) {
   } else {
     framer_.push(some, now_ns);
   }
-  last_arrival_ns_.store(now_ns, std::memory_order_relaxed);
+  // Of what came while the framer waited for room in the lanes, the rest may take a while to come.
+  last_arrival_ns_.store(host_.steady_ns(), std::memory_order_relaxed);
   show_totals();
   if (framer_.diagnosis()) diagnosed_.store(true, std::memory_order_release);
 }

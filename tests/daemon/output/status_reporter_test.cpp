@@ -109,6 +109,23 @@ TEST_F(StatusReports, NoticeASilentInstrumentAfterFourFrames) {
                                                       HasSubstr("scripted sends nothing"))));
 }
 
+// The framer waits for room in the lanes, and takes none of the tags that come meanwhile.
+TEST_F(StatusReports, TakeTagsThatWaitInTheRingForNoSilence) {
+  StreamHealth health{1, clock.steady_ns(), 0, ""};
+  reporter.frame_published(frame(FrameStatus::ok));
+  health.ring_is_empty = false;
+  clock.advance_ms(5000);
+  reporter.tick(health);
+  EXPECT_EQ(reporter.status().state, DaemonState::streaming);
+  reporter.frame_published(frame(FrameStatus::incomplete));
+  reporter.tick(health);
+  EXPECT_EQ(reporter.status().state, DaemonState::degraded);
+  EXPECT_THAT(reporter.status().reason, HasSubstr("frame.min_seen_fraction"));
+  health.ring_is_empty = true;
+  reporter.tick(health);
+  EXPECT_EQ(reporter.status().state, DaemonState::waiting_for_device);
+}
+
 TEST_F(StatusReports, SayThatTheClockIsAtItsEnd) {
   StreamHealth health{1, clock.steady_ns(), 0, ""};
   health.clock_is_at_its_end = true;
