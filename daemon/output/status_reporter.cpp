@@ -72,6 +72,7 @@ void StatusReporter::begin(const SourceInfo& source) {
   stream_.source = source;
   stream_.last_frame_s = source.start_unix_s.value_or(0);
   stream_.started_ns = clock_.steady_ns();
+  stream_.gap_begin_ns = stream_.started_ns;
   second_ends_ns_ = stream_.started_ns + ns_per_s;
   status_.state = DaemonState::starting;
   status_.reason = second_.why();
@@ -88,6 +89,9 @@ void StatusReporter::frame_published(const FrameMessage& message,
                                      const std::vector<FrameMessage::Finding>& recent,
                                      bool is_cut_off) {
   const bool is_judged = message.valid() || !is_cut_off;
+  const std::int64_t now_ns = clock_.steady_ns();
+  stream_.longest_gap_ns = std::max(stream_.longest_gap_ns, now_ns - stream_.gap_begin_ns);
+  stream_.gap_begin_ns = now_ns;
   ++status_.frames;
   if (message.valid()) ++status_.valid_frames;
   status_.lost_tags += message.lost_tags.value_or(0);
@@ -124,8 +128,11 @@ void StatusReporter::tick(const StreamHealth& health) {
     publish(health);
   }
   const std::int64_t now_ns = clock_.steady_ns();
-  // Frames may last longer than a second.
-  const double waits_ns = second_.has_frames() ? 0 : silence_limit_ns_;
+  // Frames may last longer than a second, and so may the line of a scan, which they come after.
+  const double waits_ns =
+      second_.has_frames()
+          ? 0
+          : std::max(silence_limit_ns_, static_cast<double>(stream_.longest_gap_ns));
   if (static_cast<double>(now_ns - second_ends_ns_) >= waits_ns) {
     second_.end();
     second_ends_ns_ = now_ns + ns_per_s;
@@ -215,7 +222,10 @@ void StatusReporter::judge_device(const StreamHealth& health) {
   status_.reason = stream_.device.reason;
 }
 
-void StatusReporter::disturb() { stream_.disturbed_until_ns = clock_.steady_ns() + ns_per_s; }
+void StatusReporter::disturb() {
+  stream_.gap_begin_ns = clock_.steady_ns();
+  stream_.disturbed_until_ns = stream_.gap_begin_ns + ns_per_s;
+}
 
 bool StatusReporter::is_disturbed_frame() const {
   return clock_.steady_ns() < stream_.disturbed_until_ns &&

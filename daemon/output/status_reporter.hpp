@@ -142,6 +142,10 @@ class StatusReporter {
     std::string last_effort;
     double last_frame_s = 0;
     std::int64_t started_ns = 0;
+    // The longest time between frames in which the instrument was there and sent, and the begin of
+    // such a time.
+    std::int64_t longest_gap_ns = 0;
+    std::int64_t gap_begin_ns = 0;
   };
 
   Publisher& publisher_;

@@ -426,6 +426,32 @@ TEST_F(StatusReports, KeepTheMeasurementOfLongFrames) {
   EXPECT_EQ(slow.status().measurement, "none");
 }
 
+// A scan's frames come once a line, which may take seconds; a pause of the instrument is no line.
+TEST_F(StatusReports, KeepTheMeasurementOfLongLines) {
+  const auto pass = [&](int ms, bool is_silent) {
+    for (int look = 0; look < ms / 50; ++look) {
+      clock.advance_ms(50);
+      StreamHealth health{1, clock.steady_ns(), 0, ""};
+      if (is_silent) health.last_arrival_ns = 1;
+      reporter.tick(health);
+      if (!is_silent && reporter.status().frames > 0) {
+        EXPECT_EQ(reporter.status().measurement, "ok") << look;
+      }
+    }
+  };
+  pass(4000, false);
+  for (int line = 0; line < 4; ++line) {
+    for (int n = 0; n < 88; ++n) reporter.frame_published(frame(FrameStatus::ok));
+    if (line < 3) pass(4000, false);
+  }
+  pass(30'000, true);
+  EXPECT_EQ(reporter.status().measurement, "none");
+  reporter.frame_published(frame(FrameStatus::ok));
+  pass(1000, false);
+  pass(8000, true);
+  EXPECT_EQ(reporter.status().measurement, "none");
+}
+
 // Who has asked for the model is not told to ask for it.
 TEST_F(StatusReports, SayWhatLeavesTheDeadTimeOut) {
   FrameMessage saturated = frame(FrameStatus::saturated);
