@@ -3,9 +3,31 @@
 #include <array>
 #include <zmq.hpp>
 
+#include "daemon/sockets/gate_limits.hpp"
 #include "protocol/error.hpp"
+#include "protocol/scene_json.hpp"
 
 namespace splid::sockets {
+namespace {
+
+// What a publisher lets through at once has room for twice as much.
+constexpr std::int64_t most_topic_bytes = subscriber_limits.connection.bytes / 2;
+constexpr std::int64_t bytes_around = curve_bytes + 12;  // of a topic: encrypted, with two headers
+
+std::vector<std::string> few_enough(std::vector<std::string> topics) {
+  std::int64_t bytes = 0;
+  for (const std::string& each : topics) {
+    bytes += static_cast<std::int64_t>(each.size()) + bytes_around;
+  }
+  const std::string all_pixels = pixel_topic("");
+  const auto is_pixel = [&](const std::string& topic) { return topic.starts_with(all_pixels); };
+  if (bytes > most_topic_bytes && std::erase_if(topics, is_pixel) > 0) {
+    topics.push_back(all_pixels);
+  }
+  return topics;
+}
+
+}  // namespace
 
 struct Subscriber::Socket {
   zmq::context_t context{1};
@@ -24,7 +46,7 @@ Subscriber::Subscriber(const std::string& endpoint, const std::vector<std::strin
   sub.set(zmq::sockopt::rcvhwm, most_waiting);
   sub.set(zmq::sockopt::ipv6, endpoint.find('[') != std::string::npos);
   if (client) security::use_as_curve_client(sub, *client);
-  for (const std::string& topic : topics) sub.set(zmq::sockopt::subscribe, topic);
+  for (const std::string& topic : few_enough(topics)) sub.set(zmq::sockopt::subscribe, topic);
   try {
     sub.connect(endpoint);
   } catch (const zmq::error_t& error) {

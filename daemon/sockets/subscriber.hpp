@@ -23,8 +23,11 @@ class Subscriber {
     std::string json;
   };
 
-  // client: the subscriber's keys; absent: it has none. most_waiting: how many messages may wait to
-  // be received, beyond which the newest are lost; 0: no limit.
+  // topics: beginnings of topics. Where these are more pixels than a publisher takes from one
+  // connection, messages of all pixels come, and the caller leaves out those that it did not ask
+  // for, which come too where another asks for them. client: the subscriber's keys; absent: it has
+  // none. most_waiting: how many messages may wait to be received, beyond which the newest are
+  // lost; 0: no limit.
   Subscriber(const std::string& endpoint, const std::vector<std::string>& topics,
              const std::optional<security::CurveClient>& client = std::nullopt,
              int most_waiting = 0);

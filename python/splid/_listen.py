@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     import zmq
 
 _KEY = re.compile(r"[0-9a-zA-Z.\-:+=^!/*?&<>()\[\]{}@%$#]{40}")
+# A publisher takes twice as many bytes of topics from one connection, each with what CURVE adds.
+_MOST_TOPIC_BYTES = 2048
+_BYTES_AROUND = 45
+_ALL_PIXELS = "frame/"
 _SLICE_MS = 100  # how long Python waits in the socket before it looks for Ctrl-C and the end
 
 
@@ -77,13 +81,21 @@ def _connect(socket: "zmq.Socket[bytes]", endpoint: str, topics: Sequence[str],
         socket.curve_secretkey = _key(os.fspath(key), "secret-key", "key")
         socket.curve_serverkey = _key(os.fspath(server_key), "public-key", "server_key")
     # The status tells when the daemon stops.
-    for topic in {*topics, "status"}:
+    for topic in _few_enough({*topics, "status"}):
         socket.subscribe(topic)
     try:
         socket.connect(endpoint)
     except zmq.ZMQError as error:
         raise _splid.UsageError(f"endpoint {endpoint}: {error.strerror}; give it as "
                                 "tcp://127.0.0.1:PORT or ipc:///PATH") from error
+
+
+def _few_enough(topics: set[str]) -> set[str]:
+    """All pixels in the place of many; what was not asked for is left out as it comes."""
+    if sum(len(topic.encode()) + _BYTES_AROUND for topic in topics) <= _MOST_TOPIC_BYTES:
+        return topics
+    others = {topic for topic in topics if not topic.startswith(_ALL_PIXELS)}
+    return topics if others == topics else {*others, _ALL_PIXELS}
 
 
 def _key(given: str, name: str, asked_by: str) -> bytes:

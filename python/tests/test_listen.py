@@ -63,6 +63,27 @@ def test_text_is_one_topic(publisher):
     assert heard == ["frame", "frame"]
 
 
+def test_many_pixels_are_one_subscription(publisher):
+    socket, endpoint = publisher
+    socket.bind(endpoint)
+    asked_for = []
+
+    def publish_pixels():
+        while len(asked_for) < 2:
+            asked_for.append(socket.recv())
+        for topic, body in [("frame/other", {}), ("frame/7", {"a": 1}), STATUS]:
+            socket.send_multipart([topic.encode(), json.dumps(body).encode()])
+
+    sender = threading.Thread(target=publish_pixels)
+    sender.start()
+    topics = [f"frame/{i}" for i in range(2, 100)]
+    heard = [(message.topic, message.body) for message in
+             splid.listen(endpoint, topics=topics, timeout_s=60)]
+    sender.join()
+    assert sorted(asked_for) == [b"\x01frame/", b"\x01status"]
+    assert heard == [("frame/7", {"a": 1})]
+
+
 def test_silence_ends_with_an_error(publisher):
     endpoint = publisher[1]
     with pytest.raises(splid.DeviceError, match="nothing came for 0.2 s"):

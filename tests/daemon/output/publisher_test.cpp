@@ -13,6 +13,7 @@
 #include "daemon/sockets/subscriber.hpp"
 #include "protocol/error.hpp"
 #include "protocol/frame_json.hpp"
+#include "protocol/scene_json.hpp"
 
 namespace splid {
 namespace {
@@ -59,6 +60,22 @@ TEST(Publisher, GreetsEachNewSubscriberWithTheLastVersionAndStatus) {
     }
     EXPECT_TRUE(is_greeted()) << i;
   }
+}
+
+// More topics than a connection may send are one topic to the daemon, and are told apart here.
+TEST(Publisher, SendsEachOfManyPixelsToASubscriberThatNamesThem) {
+  Publisher publisher(any_port, 10'000);
+  std::vector<std::string> topics = {"status"};
+  for (int i = 0; i < 1024; ++i)
+    topics.push_back(pixel_topic("row-with-a-long-name-" + std::to_string(i)));
+  sockets::Subscriber subscriber(publisher.endpoint(), topics);
+  std::optional<sockets::Subscriber::Message> message;
+  for (int round = 0; round < 500 && !message; ++round) {
+    publisher.publish_pixel("row-with-a-long-name-1023", "{}");
+    message = subscriber.receive(milliseconds{10});
+  }
+  ASSERT_TRUE(message);
+  EXPECT_EQ(message->topic, topics.back());
 }
 
 TEST(Publisher, WaitsInVainWithoutSubscriber) {
