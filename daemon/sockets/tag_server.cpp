@@ -80,12 +80,13 @@ bool TagServer::tell() {
   const std::lock_guard lock(mutex_);
   if (!has_client_) return false;
   const bool is_new = told_clients_ != clients_;
-  if (is_new && (holds_.kind != NoticeKind::caution || !holds_.text.empty())) {
+  const bool is_again = std::exchange(tells_again_, false);
+  if (is_again || (is_new && (holds_.kind != NoticeKind::caution || !holds_.text.empty()))) {
     encoder_.tell(holds_.kind, holds_.text);
   }
   told_clients_ = clients_;
   for (const Saying& each : sayings_) encoder_.tell(each.kind, each.text);
-  const bool tells = is_new || !sayings_.empty();
+  const bool tells = is_new || is_again || !sayings_.empty();
   sayings_.clear();
   return tells;
 }
@@ -124,6 +125,7 @@ bool TagServer::queue(Block block, std::unique_lock<std::mutex>& lock) {
   if (!may_go() && !is_stalled_) is_stalled_ = !has_room_.wait_for(lock, patience, may_go);
   if (!has_client_ || waiting_.size() >= most_waiting) {
     spare_.push_back(std::move(block));
+    tells_again_ = has_client_;
     return false;
   }
   is_stalled_ = false;
@@ -156,6 +158,7 @@ void TagServer::accept() {
   const std::lock_guard lock(mutex_);
   has_client_ = true;
   is_stalled_ = false;
+  tells_again_ = false;
   ++clients_;
 }
 

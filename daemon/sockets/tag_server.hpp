@@ -84,6 +84,7 @@ class TagServer final : public TagSink {
   std::uint64_t clients_ = 0;
   std::uint64_t told_clients_ = 0;  // of them, who know what holds
   Saying holds_;
+  bool tells_again_ = false;     // what holds may have been in a block that was dropped
   std::vector<Saying> sayings_;  // to be told once
 
   FileDescriptor client_;  // the serving thread's

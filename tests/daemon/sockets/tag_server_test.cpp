@@ -31,6 +31,11 @@ class TagServerTest : public ::testing::Test {
     std::copy(tags.begin(), tags.end(), room.begin());
     server.publish(tags.size());
   }
+  void publish_full_block() {
+    const std::span<Tag> room = server.claim(16'384);
+    for (Tag& tag : room) tag = photon_tag(++full_ps, 1);
+    server.publish(room.size());
+  }
   // Publishes heartbeats at that time until a client hears them.
   bool heard_by(Client& client, std::int64_t time_ps) {
     return test::eventually([&] {
@@ -54,6 +59,7 @@ class TagServerTest : public ::testing::Test {
   test::TempFolder folder;
   std::string address = "unix:" + folder.path("bridge.sock");
   TagServer server{"listen", address};
+  std::int64_t full_ps = 0;  // of the last full block
 };
 
 TEST_F(TagServerTest, TagsComeOutAsTheyWentIn) {
@@ -153,16 +159,36 @@ TEST_F(TagServerTest, AClientThatDoesNotReadHoldsPublishUpForItsPatienceAndNoLon
   ASSERT_TRUE(idle.connect({}));
   std::chrono::duration<double> longest{0};
   const auto begin = steady_clock::now();
-  std::int64_t time_ps = 0;
   for (int i = 0; i < 300; ++i) {
     const auto before = steady_clock::now();
-    const std::span<Tag> room = server.claim(16'384);
-    for (Tag& tag : room) tag = photon_tag(++time_ps, 1);
-    server.publish(room.size());
+    publish_full_block();
     longest = std::max(longest, std::chrono::duration<double>(steady_clock::now() - before));
   }
   EXPECT_GE(longest, TagServer::patience);
   EXPECT_LT(steady_clock::now() - begin, 20 * TagServer::patience);
+}
+
+// A block that was dropped may have told how the instrument does.
+TEST_F(TagServerTest, AClientThatReadsAgainHearsWhatHolds) {
+  Tags16Decoder decoder;
+  std::vector<std::byte> bytes(1 << 20);
+  std::vector<Tag> room(1 << 17);
+  ClientSocket client(address);
+  ASSERT_TRUE(client.connect({}));
+  for (const DeviceReport& told :
+       {DeviceReport{DeviceState::no_device, "unplugged"}, DeviceReport{}}) {
+    for (int i = 0; i < 300; ++i) publish_full_block();
+    server.report(told);
+    server.publish(0);
+    EXPECT_TRUE(test::eventually([&] {
+      server.publish(0);
+      while (const std::size_t got = client.read(bytes, std::chrono::milliseconds{1})) {
+        decoder.decode(std::span(bytes).first(got), room);
+      }
+      const Notice last = decoder.notice();
+      return last.number > 0 && last.text == told.reason;
+    })) << told.reason;
+  }
 }
 
 }  // namespace
