@@ -67,7 +67,8 @@ MeasuredCopy::~MeasuredCopy() {
 void MeasuredCopy::take(std::span<const Tag> tags) {
   while (!tags.empty()) {
     const std::span<Tag> room =
-        waits_ ? ring_.wait_claim(tags.size(), {}) : dropping_.claim(tags.size());
+        waits_ ? ring_.wait_claim(tags.size(), over_.get_token()) : dropping_.claim(tags.size());
+    if (room.empty()) return;
     std::copy_n(tags.begin(), room.size(), room.begin());
     if (waits_) {
       ring_.publish(room.size());
@@ -105,6 +106,7 @@ void MeasuredCopy::publish(const Config& config) {
   } catch (...) {
     fault_ = std::current_exception();
   }
+  over_.request_stop();
 }
 
 std::string MeasuredCopy::finish(const std::stop_token& stop) {

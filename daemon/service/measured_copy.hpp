@@ -51,6 +51,7 @@ class MeasuredCopy {
   Stream stream_;
   recording::FrameLog frames_;
   std::exception_ptr fault_;  // of thread_, until it has ended
+  std::stop_source over_;     // nobody takes tags out of the ring any more
   std::jthread thread_;
 };
 
