@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -36,15 +37,25 @@ void Backlog::drop(const Message& message) {
   --counts_.waiting;
   counts_.bytes -= size_of(message);
   Lost& lost = gap_[message.topic];
-  if (lost.count++ == 0) lost.first_sequence = message.sequence;
-  lost.last_sequence = message.sequence;
-  gap_end_s_ = message.timestamp_s;
+  const bool is_first = lost.count++ == 0;
+  // By their times: a message that was on its way may be refused after newer ones were dropped, and
+  // the sequence of a daemon that starts again begins at 0.
+  if (is_first || message.timestamp_s < lost.first_s) {
+    lost.first_s = message.timestamp_s;
+    lost.first_sequence = message.sequence;
+  }
+  if (is_first || message.timestamp_s >= lost.last_s) {
+    lost.last_s = message.timestamp_s;
+    lost.last_sequence = message.sequence;
+  }
 }
 
 Message Backlog::make_gap() {
-  nlohmann::ordered_json gap = {
-      {"schema", "splid.gap"}, {"v", {1, 0}},       {"timestamp", gap_end_s_},
-      {"sequence", gaps_},     {"device", device_}, {"lost", nlohmann::ordered_json::array()}};
+  double end_s = gap_.begin()->second.last_s;
+  for (const auto& [topic, lost] : gap_) end_s = std::max(end_s, lost.last_s);
+  nlohmann::ordered_json gap = {{"schema", "splid.gap"}, {"v", {1, 0}},
+                                {"timestamp", end_s},    {"sequence", gaps_},
+                                {"device", device_},     {"lost", nlohmann::ordered_json::array()}};
   for (const auto& [topic, lost] : gap_) {
     gap["lost"].push_back({{"topic", topic},
                            {"count", lost.count},
@@ -54,10 +65,10 @@ Message Backlog::make_gap() {
   gap_.clear();
   Message message;
   message.topic = topic_gap;
-  message.id = fmt::format("{}/{}/{}/{:.6f}", device_, topic_gap, gaps_, gap_end_s_);
+  message.id = fmt::format("{}/{}/{}/{:.6f}", device_, topic_gap, gaps_, end_s);
   message.json = json_text(gap);
   message.sequence = gaps_++;
-  message.timestamp_s = gap_end_s_;
+  message.timestamp_s = end_s;
   ++counts_.added;
   ++counts_.waiting;
   counts_.bytes += size_of(message);

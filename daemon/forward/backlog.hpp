@@ -48,6 +48,7 @@ class Backlog {
  private:
   struct Lost {
     std::uint64_t count = 0, first_sequence = 0, last_sequence = 0;
+    double first_s = 0, last_s = 0;  // their timestamps
   };
   static std::size_t size_of(const Message& message);
   void drop(const Message& message);
@@ -59,7 +60,6 @@ class Backlog {
   std::condition_variable came_;
   std::deque<Message> queue_;
   std::map<std::string, Lost> gap_;  // of those dropped since the last gap message, by topic
-  double gap_end_s_ = 0;             // timestamp of the last of these
   std::uint64_t gaps_ = 0;
   Counts counts_;
 };

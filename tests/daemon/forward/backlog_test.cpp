@@ -96,6 +96,22 @@ TEST(Backlog, LosesTheOldestAndSaysWhichInTheirPlace) {
   EXPECT_EQ(backlog.counts().lost, lost + 1);
 }
 
+// What was on its way when newer ones were dropped, and is refused after them.
+TEST(Backlog, AGapGoesFromTheFirstLostToTheLastInWhateverOrderTheyWereLost) {
+  Backlog backlog("s1", 1500);
+  backlog.add(message_of("frame", 0));
+  const auto first = backlog.take(at_once);
+  for (std::uint64_t i = 1; i < 100; ++i) backlog.add(message_of("frame", i));
+  const std::uint64_t dropped = backlog.counts().lost;
+  ASSERT_GT(dropped, 0);
+  backlog.done(first[0], true);
+  const auto gap = nlohmann::json::parse(backlog.take(at_once)[0].json);
+  EXPECT_EQ(gap["lost"][0]["count"], dropped + 1);
+  EXPECT_EQ(gap["lost"][0]["first_sequence"], 0);
+  EXPECT_EQ(gap["lost"][0]["last_sequence"], dropped);
+  EXPECT_EQ(gap["timestamp"], static_cast<double>(dropped) + 0.5);
+}
+
 TEST(Backlog, ABatchHasItsMostMessagesAndItsMostBytes) {
   Backlog backlog("s1", 64 << 20);
   for (std::uint64_t i = 0; i < 130; ++i) backlog.add(message_of("frame", i));
