@@ -57,6 +57,17 @@ int write_and_replace(const fs::path& place, const std::string& text,
 
 }  // namespace
 
+// A disk that is nearly full takes a part at first, and says with the next one that it is full.
+bool write_all(int file, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(file, text.data(), text.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
 // Design note: the text is written into another file beside `file`, which is then renamed to
 // `file`. So a full disk or a kill leaves the old file unchanged.
 void write_file(const std::string& file, const std::string& text) {

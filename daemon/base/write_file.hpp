@@ -1,8 +1,12 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 namespace splid {
+
+// Writes all of `text` to an open file; false where a part is not written, and errno says why.
+bool write_all(int file, std::string_view text);
 
 // Writes a whole file. An existing file is replaced, and stays unchanged where writing fails.
 // Errors: Error(Fault::device) with the file and the errno text.

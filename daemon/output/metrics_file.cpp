@@ -6,25 +6,16 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <string_view>
 #include <system_error>
 #include <utility>
+
+#include "daemon/base/write_file.hpp"
 
 namespace splid {
 namespace {
 
 // The collector runs as another user, and the service's umask hides new files from it.
 constexpr mode_t readable_by_all = 0644;
-
-bool write_all(int file, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t written = ::write(file, text.data(), text.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return true;
-}
 
 // errno of what failed; 0: nothing.
 int write_and_sync(const std::string& path, const std::string& text) {

@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "config/hidden_keys.hpp"
+#include "daemon/base/write_file.hpp"
 #include "daemon/security/guarded_file.hpp"
 #include "protocol/error.hpp"
 #include "protocol/text.hpp"
@@ -89,12 +90,10 @@ class NewFile {
     }
     if (file < 0) fail();
     made_ = true;
-    const bool written =
-        ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
-        ::fchmod(file, mode) == 0 && ::fsync(file) == 0;
-    const int fault = written ? 0 : errno;
+    const bool written = write_all(file, text) && ::fchmod(file, mode) == 0 && ::fsync(file) == 0;
+    const int fault = errno;
     ::close(file);
-    if (fault == 0) return;
+    if (written) return;
     errno = fault;
     remove();
     fail();

@@ -2,9 +2,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 
@@ -106,6 +109,23 @@ TEST(KeyFiles, HaveANameAndAFolder) {
   EXPECT_THAT(
       test::error_text([&] { write_key_files(folder.path("none"), "a", make_curve_keys()); }),
       AllOf(StartsWith(folder.path("none/a.key_secret")), HasSubstr("No such file")));
+}
+
+// As on a disk that is nearly full, which takes a part of them.
+TEST(KeyFiles, AreWholeOrNotThere) {
+  const TempFolder folder;
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit little{100, before.rlim_max};
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &little), 0);
+  errno = 0;
+  const std::string said =
+      test::error_text([&] { write_key_files(folder.path(""), "a", make_curve_keys()); });
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_THAT(said, AllOf(StartsWith(folder.path("a.key_secret")), HasSubstr("File too large")));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path("")));
 }
 
 TEST(KeyFiles, OfOtherToolsAreRead) {
