@@ -13,9 +13,19 @@ namespace {
 // and 1 ms is a fiftieth of a frame.
 constexpr std::int64_t missed_together_ps = 1'000'000'000;
 
+std::int64_t length_ps(const Loss& loss) {
+  return saturated_difference(loss.end_ps, loss.begin_ps);
+}
+
+// Design note: the time between two losses was seen. An interval over both would make a frame of
+// that time incomplete, and would grow over all frames of a long recording with many short losses.
 Loss joined(const Loss& a, const Loss& b) {
-  return {std::min(a.begin_ps, b.begin_ps), std::max(a.end_ps, b.end_ps),
-          a.count < 0 || b.count < 0 ? -1 : saturated_sum(a.count, b.count)};
+  const std::int64_t count = a.count < 0 || b.count < 0 ? -1 : saturated_sum(a.count, b.count);
+  if (b.begin_ps <= a.end_ps) {
+    return {std::min(a.begin_ps, b.begin_ps), std::max(a.end_ps, b.end_ps), count};
+  }
+  if (length_ps(b) > length_ps(a)) return {b.begin_ps - length_ps(a), b.end_ps, count};
+  return {a.begin_ps, a.end_ps + length_ps(b), count};
 }
 
 void insert_sorted(const Loss& loss, std::vector<Loss>& losses) {

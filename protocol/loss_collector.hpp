@@ -10,8 +10,8 @@
 namespace splid {
 
 // Joins neighbours, those with the smallest gaps first, until at most max_count (at least 1) losses
-// are left. Intervals grow and counts add up, to -1 where one of them is -1; no loss is forgotten.
-// losses: sorted by begin.
+// are left. The shorter of two moves to the longer: lengths add up, and points stay points. Counts
+// add up too, to -1 where one of them is -1; no loss is forgotten. losses: sorted by begin.
 void join_losses(std::vector<Loss>& losses, std::size_t max_count);
 
 // Turns loss_begin, loss_end and missed tags of a stream into a list of losses. A `missed` tag,

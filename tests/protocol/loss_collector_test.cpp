@@ -22,17 +22,29 @@ TEST(JoinLosses, ClosesTheSmallestGapsFirst) {
   join_losses(losses, 4);
   EXPECT_EQ(losses.size(), 4U);
   join_losses(losses, 3);
-  EXPECT_THAT(losses, ElementsAre(Loss{0, 10, 1}, Loss{100, 120, 5}, Loss{200, 210, 4}));
+  EXPECT_THAT(losses, ElementsAre(Loss{0, 10, 1}, Loss{100, 115, 5}, Loss{200, 210, 4}));
   join_losses(losses, 2);
-  EXPECT_THAT(losses, ElementsAre(Loss{0, 10, 1}, Loss{100, 210, 9}));
+  EXPECT_THAT(losses, ElementsAre(Loss{0, 10, 1}, Loss{100, 125, 9}));
   join_losses(losses, 0);
-  EXPECT_THAT(losses, ElementsAre(Loss{0, 210, 10}));
+  EXPECT_THAT(losses, ElementsAre(Loss{90, 125, 10}));
+}
+
+TEST(JoinLosses, LossesThatTouchOrOverlapBecomeOneInterval) {
+  std::vector<Loss> losses = {{0, 10, 1}, {10, 30, 2}, {15, 20, 3}};
+  join_losses(losses, 1);
+  EXPECT_THAT(losses, ElementsAre(Loss{0, 30, 6}));
+}
+
+TEST(JoinLosses, APointMovesToTheInterval) {
+  std::vector<Loss> losses = {{0, 0, 1}, {20, 50, 2}, {70, 70, -1}};
+  join_losses(losses, 1);
+  EXPECT_THAT(losses, ElementsAre(Loss{20, 50, -1}));
 }
 
 TEST(JoinLosses, AnUnknownCountStaysUnknown) {
   std::vector<Loss> losses = {{0, 10, 5}, {20, 30, -1}, {35, 40, 7}};
   join_losses(losses, 1);
-  EXPECT_THAT(losses, ElementsAre(Loss{0, 40, -1}));
+  EXPECT_THAT(losses, ElementsAre(Loss{10, 35, -1}));
 }
 
 TEST(JoinLosses, EmptyStaysEmpty) {
@@ -90,11 +102,46 @@ TEST(LossCollector, PastItsCapacityItJoinsAndForgetsNothing) {
   const auto losses = collector.losses(0);
   EXPECT_EQ(losses.size(), 10U);
   EXPECT_EQ(losses.front().begin_ps, 0);
-  EXPECT_EQ(losses.back().end_ps, 999 * ms + 5);
   std::int64_t sum = 0;
-  for (const Loss& loss : losses) sum += loss.count;
+  std::int64_t length_ps = 0;
+  for (const Loss& loss : losses) {
+    sum += loss.count;
+    length_ps += loss.end_ps - loss.begin_ps;
+  }
   EXPECT_EQ(sum, 2'000);
+  EXPECT_EQ(length_ps, 5'000);
   EXPECT_EQ(collector.lost_tags(), 2'000U);
+}
+
+// Each 200 ms an instrument is blind for 40 ns: a frame of 50 ms stays whole.
+TEST(LossCollector, ManyShortLossesDoNotGrowOverTheTimeBetween) {
+  LossCollector collector;
+  for (std::int64_t i = 1; i <= 3'000; ++i)
+    collector.add({i * 200 * ms, i * 200 * ms + 40'000, -1});
+  const auto losses = collector.losses(0);
+  EXPECT_EQ(losses.size(), 1'024U);
+  std::int64_t length_ps = 0;
+  for (const Loss& loss : losses) {
+    length_ps += loss.end_ps - loss.begin_ps;
+    EXPECT_LE(loss.end_ps - loss.begin_ps, ms);
+  }
+  EXPECT_EQ(length_ps, 120'000'000);
+}
+
+TEST(LossCollector, ManyMissedTagsStayPointsAllOverTheTime) {
+  LossCollector collector;
+  for (std::int64_t i = 0; i < 30'000; ++i) collector.take(missed_tag(i * 2 * ms, 1));
+  const auto losses = collector.losses(0);
+  EXPECT_EQ(losses.size(), 1'024U);
+  std::int64_t sum = 0;
+  std::int64_t last_ps = 0;
+  for (const Loss& loss : losses) {
+    EXPECT_EQ(loss.begin_ps, loss.end_ps);
+    EXPECT_LE(loss.begin_ps - last_ps, 500 * ms);
+    last_ps = loss.begin_ps;
+    sum += loss.count;
+  }
+  EXPECT_EQ(sum, 30'000);
 }
 
 TEST(LossCollector, KeepsLossesSorted) {
@@ -132,7 +179,7 @@ TEST(LossCollector, TimesAndCountsMayBeAnyOf64Bits) {
   constexpr std::int64_t least = std::numeric_limits<std::int64_t>::min();
   std::vector<Loss> losses = {{least, least, most}, {0, 1, 0}, {most, most, most}};
   join_losses(losses, 1);
-  EXPECT_THAT(losses, ElementsAre(Loss{least, most, most}));
+  EXPECT_THAT(losses, ElementsAre(Loss{0, 1, most}));
 }
 
 }  // namespace

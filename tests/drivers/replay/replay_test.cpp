@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "protocol/error.hpp"
+#include "protocol/loss_collector.hpp"
 #include "protocol/ptu_encode.hpp"
 #include "tests/support/made_recording.hpp"
 #include "tests/support/real_recording.hpp"
@@ -77,6 +78,29 @@ TEST_F(Replay, TimesAreThoseOfTheLiveRun) {
   const SourceInfo info = open(content)->info();
   EXPECT_FALSE(info.live);
   EXPECT_NEAR(info.start_unix_s.value(), 1'700'000'000 - 340'000, 1e-5);
+}
+
+// Each 200 ms of ten minutes, 40 ns are lost: more losses than a header holds.
+TEST_F(Replay, ManyShortLossesComeBackAsShortLosses) {
+  LossCollector collector;
+  constexpr std::int64_t every_ps = 200'000'000'000;
+  for (std::int64_t i = 1; i <= 3'000; ++i) collector.add({i * every_ps, i * every_ps + 40'000, 2});
+  PtuFacts facts = counted(1);
+  facts.losses = collector.losses(0);
+  std::int64_t lost_ps = 0;
+  std::int64_t count = 0;
+  std::int64_t longest_ps = 0;
+  std::int64_t begin_ps = 0;
+  for (const Tag& each : play(recording(facts, {photon_record(1, 5)}))) {
+    if (each.kind == TagKind::loss_begin) begin_ps = each.time_ps;
+    if (each.kind != TagKind::loss_end) continue;
+    lost_ps += each.time_ps - begin_ps;
+    longest_ps = std::max(longest_ps, each.time_ps - begin_ps);
+    count += each.value;
+  }
+  EXPECT_EQ(lost_ps, 3'000 * 40'000);
+  EXPECT_EQ(count, 6'000);
+  EXPECT_LT(longest_ps, 1'000'000);
 }
 
 class ReplayOfLosses : public Replay, public ::testing::WithParamInterface<double> {};
