@@ -215,6 +215,8 @@ Tags16Decoder::Verdict Tags16Decoder::find_header_inside() const {
 
 bool Tags16Decoder::is_doubtful(const Header& header) const {
   if (saturated_difference(header.end_ps, header.begin_ps) > far_ps) return true;
+  // As a sender says that began anew, and knows no time yet.
+  if (header.begin_ps == tags16::no_time_ps && header.end_ps == tags16::no_time_ps) return false;
   if (!begun_ || fresh_) return false;
   const bool follows = !doubted_ && header.sequence == next_sequence_;
   const std::int64_t ahead_ps = saturated_difference(header.begin_ps, reached_ps_);

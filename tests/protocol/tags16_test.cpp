@@ -350,6 +350,26 @@ TEST(Tags16, AfterANewConnectionTheStreamGoesOnWithALoss) {
 }
 
 // Whatever the bytes, all are used, and each whole block's end and tags come out.
+// A sender that began anew knows no time yet.
+TEST(Tags16, BlocksWithoutATimeAfterANewConnectionAreNoDamage) {
+  const test::Tags16Block no_time{0, tags16::no_time_ps, tags16::no_time_ps, {}};
+  Tags16Decoder decoder;
+  decode(decoder, block_bytes({0, 0, 5'000'000'000, {}}));
+  decoder.cut();
+  std::vector<test::Tags16Block> blocks(4, no_time);
+  for (std::uint32_t i = 0; i < 4; ++i) blocks[i].sequence = i;
+  for (const test::Tags16Block& block : blocks) {
+    EXPECT_THAT(decode(decoder, block_bytes(block)), IsEmpty());
+  }
+  EXPECT_EQ(decoder.counts().blocks, 5U);
+  EXPECT_THAT(decode(decoder, block_bytes({4, 0, 10, {{3, 1}}})),
+              ElementsAre(clock_break(0), photon_tag(3, 1), heartbeat_tag(10)));
+  EXPECT_THAT(decode(decoder, block_bytes({5, 10, 20, {}})), ElementsAre(heartbeat_tag(20)));
+  EXPECT_EQ(decoder.counts().blocks, 7U);
+  EXPECT_EQ(decoder.counts().bad_headers, 0U);
+  EXPECT_EQ(decoder.counts().skipped_bytes, 0U);
+}
+
 TEST(Tags16, DamagedStreamsAreReadToTheirEnd) {
   std::mt19937 random(1);
   for (int run = 0; run < 200; ++run) {
