@@ -65,9 +65,10 @@ class Tags16Stream {
 
   // Of this stream alone.
   [[nodiscard]] const Tags16Counts& counts() const { return decoder_.counts(); }
-  // As Tags16Decoder::reached_ps() and notice().
+  // As Tags16Decoder::reached_ps(), notice() and event().
   [[nodiscard]] std::int64_t reached_ps() const { return decoder_.reached_ps(); }
   [[nodiscard]] Notice notice() const { return decoder_.notice(); }
+  [[nodiscard]] Notice event() const { return decoder_.event(); }
 
  private:
   void note(std::uint64_t bytes);

@@ -387,12 +387,10 @@ void Tags16Decoder::read_text(const std::byte* record) {
   std::copy_n(text, taken, coming_.begin() + coming_bytes_);
   coming_bytes_ += taken;
   if (bytes == tags16::text_bytes_a_record) return;
-  text_ = coming_;
-  said_ = std::exchange(coming_bytes_, 0);
-  const auto kind = std::to_integer<std::uint8_t>(record[1]);
-  notice_kind_ =
-      static_cast<NoticeKind>(std::min(kind, static_cast<std::uint8_t>(NoticeKind::event)));
-  ++notices_;
+  const auto kind = static_cast<NoticeKind>(std::min(std::to_integer<std::uint8_t>(record[1]),
+                                                     static_cast<std::uint8_t>(NoticeKind::event)));
+  Sentence& said = kind == NoticeKind::event ? event_ : state_;
+  said = {coming_, std::exchange(coming_bytes_, 0), kind, said.number + 1};
 }
 
 void Tags16Decoder::damaged() {

@@ -51,9 +51,9 @@ enum class NoticeKind : std::uint8_t {
   event,    // something that is over; what held before still holds
 };
 
-// What a sender last said of its instrument.
+// A sentence that a sender said of its instrument.
 struct Notice {
-  std::uint64_t number = 0;  // counts the sentences that came; 0: none did
+  std::uint64_t number = 0;  // counts the sentences of its sort that came; 0: none did
   NoticeKind kind = NoticeKind::caution;
   std::string_view text;  // bytes of a stranger, of whatever encoding
 };
@@ -100,8 +100,10 @@ class Tags16Decoder {
   void cut();
 
   [[nodiscard]] const Tags16Counts& counts() const { return counts_; }
-  // The text is valid until the next decode().
-  [[nodiscard]] Notice notice() const { return {notices_, notice_kind_, {text_.data(), said_}}; }
+  // The last sentence that still holds, and the last event. The texts are valid until the next
+  // decode().
+  [[nodiscard]] Notice notice() const { return state_.notice(); }
+  [[nodiscard]] Notice event() const { return event_.notice(); }
   // The time up to which the blocks so far told of all tags, in the tagger's clock; 0 before the
   // first block.
   [[nodiscard]] std::int64_t reached_ps() const { return reached_ps_; }
@@ -110,6 +112,14 @@ class Tags16Decoder {
   struct Input;
   struct Output;
   struct Header;
+  struct Sentence {
+    std::array<char, tags16::max_text_bytes> text{};
+    std::size_t bytes = 0;
+    NoticeKind kind = NoticeKind::caution;
+    std::uint64_t number = 0;
+
+    [[nodiscard]] Notice notice() const { return {number, kind, {text.data(), bytes}}; }
+  };
   enum class Verdict { credible, none, more };  // more: bytes are needed to tell
 
   static constexpr std::size_t probe_records = 3;
@@ -155,10 +165,9 @@ class Tags16Decoder {
 
   std::array<char, tags16::max_text_bytes> coming_{};  // of the sentence that is coming
   std::size_t coming_bytes_ = 0;
-  std::array<char, tags16::max_text_bytes> text_{};  // of the last whole sentence
-  std::size_t said_ = 0;
-  NoticeKind notice_kind_ = NoticeKind::caution;
-  std::uint64_t notices_ = 0;
+  // The last whole sentences. A block may have one of each sort, of which both count.
+  Sentence state_;
+  Sentence event_;
 };
 
 }  // namespace splid

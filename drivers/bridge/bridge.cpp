@@ -112,7 +112,7 @@ void BridgeSource::watch_blocks() {
   if (!news.empty()) {
     tell(socket_.address() + ": " + news);
   }
-  heed(stream_.notice());
+  heed_bridge();
   if (stream_.counts().blocks != blocks_) {
     blocks_ = stream_.counts().blocks;
     block_seen_ = now;
@@ -131,23 +131,24 @@ void BridgeSource::watch_blocks() {
   }
 }
 
-void BridgeSource::heed(const Notice& notice) {
-  if (notice.number == notices_) return;
-  notices_ = notice.number;
-  const std::string text = shown_text(notice.text, tags16::max_text_bytes);
-  switch (notice.kind) {
-    case NoticeKind::caution:
-      instrument_ = {DeviceState::connected, "", "", text};
-      break;
-    case NoticeKind::absent:
-      instrument_ = {DeviceState::no_device, text};
-      break;
-    case NoticeKind::failing:
-      instrument_ = {DeviceState::failing, text};
-      break;
-    case NoticeKind::event:
-      tell(text);
+void BridgeSource::heed_bridge() {
+  const auto text = [](const Notice& notice) {
+    return shown_text(notice.text, tags16::max_text_bytes);
+  };
+  const Notice state = stream_.notice();
+  if (state.number != notices_) {
+    notices_ = state.number;
+    if (state.kind == NoticeKind::caution) {
+      instrument_ = {DeviceState::connected, "", "", text(state)};
+    } else {
+      const bool is_absent = state.kind == NoticeKind::absent;
+      instrument_ = {is_absent ? DeviceState::no_device : DeviceState::failing, text(state)};
+    }
   }
+  const Notice event = stream_.event();
+  if (event.number == events_) return;
+  events_ = event.number;
+  tell(text(event));
 }
 
 // An event ends with its report. A lasting state stays; a lasting fault is reported again.

@@ -53,7 +53,7 @@ class BridgeSource : public TagSource {
   void connect(TagSink& sink, const std::stop_token& stop);
   void read(TagSink& sink);
   void watch_blocks();
-  void heed(const Notice& notice);
+  void heed_bridge();
   void tell(const std::string& event);
   void report(const DeviceReport& report);
 
@@ -68,7 +68,8 @@ class BridgeSource : public TagSource {
   SteadyTime heard_;                    // time of the last byte, or of the connection's start
   SteadyTime block_seen_;               // time of the last whole block, or of the start
   std::uint64_t blocks_ = 0;            // whole blocks at the time block_seen_
-  std::uint64_t notices_ = 0;           // sentences that were heeded
+  std::uint64_t notices_ = 0;           // sentences on a state that were heeded
+  std::uint64_t events_ = 0;            // events that were reported
   DeviceReport instrument_;             // what the bridge says that holds
   std::optional<DeviceReport> report_;  // the last report that was made
   std::atomic<std::uint64_t> connections_{0};

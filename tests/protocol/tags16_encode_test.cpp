@@ -180,7 +180,7 @@ TEST(Tags16Encode, SentencesOfAnyLengthArrive) {
   }
   wire.encoder.tell(NoticeKind::event, std::string("a\0b", 3));
   wire.pass({});
-  EXPECT_EQ(wire.decoder.notice().text, "a");
+  EXPECT_EQ(wire.decoder.event().text, "a");
 }
 
 TEST(Tags16Encode, MoreSentencesThanABlockHasRoomForGoIntoTheNext) {
@@ -190,7 +190,7 @@ TEST(Tags16Encode, MoreSentencesThanABlockHasRoomForGoIntoTheNext) {
     const auto tags = wire.pass({photon_tag(i, 1)});
     EXPECT_EQ(tags.front(), photon_tag(i, 1));
   }
-  EXPECT_EQ(wire.decoder.notice().number, 20U);
+  EXPECT_EQ(wire.decoder.event().number, 20U);
 }
 
 }  // namespace

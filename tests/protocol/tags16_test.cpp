@@ -447,12 +447,27 @@ TEST(Tags16, ASentenceThatIsTooLongIsCutAndOneThatIsCutOffIsNone) {
   block.records.push_back(text_record(NoticeKind::absent, "lost.."));
   Tags16Decoder decoder;
   decode(decoder, block_bytes(block));
-  EXPECT_EQ(decoder.notice().text.size(), tags16::max_text_bytes);
+  EXPECT_EQ(decoder.event().text.size(), tags16::max_text_bytes);
   decoder.cut();
   decode(decoder, block_bytes({0, 10, 20, {text_record(static_cast<NoticeKind>(9), "new")}}));
-  EXPECT_EQ(decoder.notice().number, 2U);
-  EXPECT_EQ(decoder.notice().text, "new");
-  EXPECT_EQ(decoder.notice().kind, NoticeKind::event);
+  EXPECT_EQ(decoder.event().number, 2U);
+  EXPECT_EQ(decoder.event().text, "new");
+  EXPECT_EQ(decoder.event().kind, NoticeKind::event);
+  EXPECT_EQ(decoder.notice().number, 0U);
+}
+
+TEST(Tags16, AnEventLeavesTheStateBeforeIt) {
+  Tags16Decoder decoder;
+  decode(decoder, block_bytes({0,
+                               0,
+                               10,
+                               {text_record(NoticeKind::caution, ""),
+                                text_record(NoticeKind::event, "over")}}));
+  EXPECT_EQ(decoder.notice().number, 1U);
+  EXPECT_EQ(decoder.notice().kind, NoticeKind::caution);
+  EXPECT_EQ(decoder.notice().text, "");
+  EXPECT_EQ(decoder.event().number, 1U);
+  EXPECT_EQ(decoder.event().text, "over");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 #include <span>
 #include <string>
 #include <thread>
@@ -149,6 +150,32 @@ TEST(Bridge, APartOfABlockAfterASilenceIsNoGarbage) {
   server.send(std::span(block).subspan(40));
   EXPECT_TRUE(bridge.reports.wait(DeviceState::connected, ""));
   EXPECT_EQ(bridge.reports.all().size(), 2U);
+}
+
+// A record of a sentence of less than six bytes, at time 0.
+test::Tags16Record sentence(NoticeKind kind, const std::string& text) {
+  test::Tags16Record record;
+  record.type = tags16::type_text;
+  record.reserved = static_cast<std::uint8_t>(kind);
+  std::string bytes = text;
+  bytes.resize(tags16::text_bytes_a_record);
+  std::memcpy(&record.missed, bytes.data(), sizeof record.missed);
+  std::memcpy(&record.channel, &bytes[sizeof record.missed], sizeof record.channel);
+  return record;
+}
+
+TEST(Bridge, AStateAndAnEventOfOneBlockAreBothReported) {
+  BridgeServer server;
+  RunningBridge bridge(server.address());
+  ASSERT_TRUE(server.accept());
+  server.send(block_bytes({0, 0, 10, {sentence(NoticeKind::absent, "none")}}));
+  EXPECT_TRUE(bridge.reports.wait(DeviceState::no_device, "none"));
+  server.send(block_bytes(
+      {1, 10, 20, {sentence(NoticeKind::caution, ""), sentence(NoticeKind::event, "back")}}));
+  EXPECT_TRUE(bridge.reports.wait(DeviceState::connected, "back"));
+  EXPECT_TRUE(test::eventually([&] {
+    return bridge.reports.all().back() == DeviceReport{DeviceState::connected, "", "", ""};
+  }));
 }
 
 TEST(Bridge, AddressesThatAreNone) {
