@@ -236,8 +236,15 @@ std::string calibration_json(const CalibrationFacts& facts) {
 std::string lines_of(const std::string& line) {
   std::string text;
   int depth = 0;
+  bool is_text = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
     const char c = line[i];
+    if (c == '"') is_text = !is_text;
+    if (is_text) {
+      text += c;
+      if (c == '\\') text += line[++i];
+      continue;
+    }
     if (c == '}' || c == ']') --depth;
     if (c == '}' && depth == 0) text += '\n';
     text += c;

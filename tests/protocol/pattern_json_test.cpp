@@ -90,6 +90,14 @@ TEST(PatternJson, FileHasAMemberALine) {
 )");
 }
 
+TEST(PatternJson, TextsOfAFileStayAsTheyAre) {
+  Pattern pattern = pattern_from_json(good_json(), "a.json");
+  for (const char* name : {"a:b,{c}],d.ptu", R"(a\,"b:c",\)"}) {
+    pattern.calibration->recording = name;
+    EXPECT_EQ(pattern_from_json(to_json_file(pattern), "a.json"), pattern) << name;
+  }
+}
+
 TEST(PatternJson, RoundTripIsExact) {
   const std::vector<Pattern> patterns = {
       make_periodic(Mode::ambiguous, 1e6 / 3, 7),
