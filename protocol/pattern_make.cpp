@@ -183,13 +183,16 @@ Pattern make_mrr(std::span<const double> periods_ps, std::span<const std::int64_
   pattern.mode = Mode::mrr;
   pattern.unambiguous_delay_ps = static_cast<double>(common_multiple_ps(whole));
   pattern.subperiods_ps.assign(periods_ps.begin(), periods_ps.end());
+  std::int64_t left_ps = longest_made_ps;
   for (std::size_t k = 0; k < periods_ps.size(); ++k) {
-    if (repeats[k] < 1 || repeats[k] > longest_made_ps / whole[k]) {
+    if (repeats[k] < 1 || repeats[k] > left_ps / whole[k]) {
       refuse(std::to_string(repeats[k]) + " repeats of " + std::to_string(whole[k]) +
              " ps; there must be at least 1, and together at most 1e12 ps (1 s)");
     }
+    left_ps -= repeats[k] * whole[k];
     pattern.segments.push_back({periods_ps[k], {0}, {1}, repeats[k]});
   }
+  if (const auto fault = validate(pattern)) refuse(*fault);  // such as too many periods
   return pattern;
 }
 

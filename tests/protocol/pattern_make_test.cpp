@@ -208,6 +208,17 @@ TEST(MakeMrr, Refuses) {
                 return make_mrr(Doubles{90, 91}, Counts{1, 0});
               }),
               HasSubstr("0 repeats of 91"));
+  EXPECT_THAT(error_of([] {
+                return make_mrr(Doubles{180e6, 189e6}, Counts{4000, 4000});
+              }),
+              HasSubstr("4000 repeats of 189000000 ps; there must be at least 1, and together"));
+  // Of the 288 divisors of this number of ps.
+  Doubles periods_ps;
+  for (std::int64_t i = 1; periods_ps.size() < 256; ++i) {
+    if (1'441'440 % i == 0) periods_ps.push_back(static_cast<double>(i));
+  }
+  EXPECT_THAT(error_of([&] { return make_mrr(periods_ps, Counts(256, 1)); }),
+              HasSubstr("256 segments; there must be at most 255"));
 }
 
 // The shipped files are what the functions here make.
