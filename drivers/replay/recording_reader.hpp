@@ -53,6 +53,7 @@ class RecordingReader {
 
  private:
   void read_header();
+  void put_losses_between_syncs();
   std::optional<RecordingHeader> header_of(std::span<const std::byte> prefix, bool complete);
   [[nodiscard]] std::string settings_beside(RecordingFormat format) const;
   // What a file that is no recording seems to be, and what to do with it, for an error's sentence.

@@ -119,6 +119,23 @@ TEST_F(RecordingReaderTest, ReadsFilesLargerThanItsMemory) {
   EXPECT_THAT(warnings_, IsEmpty());
 }
 
+// After ten minutes 20 ppm are 12 ms.
+TEST_F(RecordingReaderTest, LossesOfT3FollowThePatternsPeriod) {
+  PtuFacts facts = counted(0);
+  facts.t3 = PtuT3Facts{3.7800003e-6, 128e-12};
+  facts.losses = {{600'000'000'000'000, 600'000'000'003'780, 1}};
+  const std::string file = folder_.write("made.ptu", recording(facts, {}));
+  const auto losses = [&](double period_ps) {
+    return RecordingReader(
+               file, [](auto&) {}, period_ps)
+        .header()
+        .losses;
+  };
+  EXPECT_THAT(losses(3'780'000), ElementsAre(Loss{600'000'000'000'000, 600'000'000'003'780, 1}));
+  EXPECT_THAT(losses(3'780'075.6), ElementsAre(Loss{600'012'000'000'000, 600'012'000'003'780, 1}));
+  EXPECT_THAT(losses(0), ElementsAre(Loss{600'000'047'619'048, 600'000'047'622'828, 1}));
+}
+
 TEST_F(RecordingReaderTest, HeadersLargerThanItsMemoryAreRead) {
   PtuFacts facts = counted(1);
   facts.pattern_json = std::string(3'000'000, 'x');
