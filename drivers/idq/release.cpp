@@ -8,6 +8,9 @@ namespace {
 
 constexpr std::int64_t ps_a_ns = 1000;
 
+// Half of what a tag's 64 bits hold.
+constexpr std::int64_t longest_clock_ps = std::numeric_limits<std::int64_t>::max() / 2;
+
 std::int64_t ps_between(Release::Time from, Release::Time to) {
   return std::chrono::nanoseconds(to - from).count() * ps_a_ns;
 }
@@ -21,7 +24,8 @@ Release::Release(const Options& options, TagSink& sink) : options_(options), out
 // apart by some 50 ppm, 0.2 s an hour: where the next part comes after it was due, or earlier than
 // two slacks before, its time is set anew.
 void Release::add(SubAcquisition part, Time now) {
-  const std::int64_t begin_ps = part.index * options_.period_ps();
+  if (part.index - first_index_ > longest_clock_ps / options_.period_ps()) begin_clock(part.index);
+  const std::int64_t begin_ps = begin_of(part);
   const std::int64_t early_ps = has_anchor_ ? begin_ps - anchor_ps_ - ps_between(anchor_, now) : 0;
   const std::int64_t slack_ps = ps_between(Time{}, Time{} + slack);
   if (!has_anchor_ || early_ps < 0 || early_ps > 2 * slack_ps) {
@@ -32,6 +36,17 @@ void Release::add(SubAcquisition part, Time now) {
   parts_.push_back(std::move(part));
 }
 
+void Release::begin_clock(std::int64_t index) {
+  flush();
+  out_.put({reached_ps_, 0, TagKind::clock_break, {}});
+  first_index_ = index;
+  has_anchor_ = false;
+}
+
+std::int64_t Release::begin_of(const SubAcquisition& part) const {
+  return (part.index - first_index_) * options_.period_ps();
+}
+
 void Release::run(Time now) {
   if (has_anchor_) advance(anchor_ps_ + ps_between(anchor_, now));
 }
@@ -40,7 +55,7 @@ void Release::flush() { advance(std::numeric_limits<std::int64_t>::max()); }
 
 void Release::advance(std::int64_t until_ps) {
   while (!parts_.empty()) {
-    const std::int64_t begin_ps = parts_.front().index * options_.period_ps();
+    const std::int64_t begin_ps = begin_of(parts_.front());
     if (until_ps <= begin_ps) break;
     if (!std::exchange(is_under_way_, true)) {
       next_.assign(options_.inputs.size(), 0);

@@ -16,7 +16,8 @@ namespace splid::idq {
 // which they came: a sub-acquisition at once would be 200 ms of silence and then several frames.
 // The time of the stream is the index times the period, plus the time in the sub-acquisition. The
 // dead time between two sub-acquisitions is a loss of unknown count, and so is a sub-acquisition
-// that lacks times.
+// that lacks times. A tag's 64 bits last 106 days: every 53 days there is a clock_break and times
+// go on from 0.
 //
 // Threads: one. Errors: none.
 class Release {
@@ -40,6 +41,8 @@ class Release {
   [[nodiscard]] std::int64_t reached_ps() const { return reached_ps_; }
 
  private:
+  void begin_clock(std::int64_t index);
+  [[nodiscard]] std::int64_t begin_of(const SubAcquisition& part) const;
   void advance(std::int64_t until_ps);
   bool merge(std::int64_t begin_ps, std::int64_t until_ps);
   void end_part(std::int64_t begin_ps);
@@ -49,6 +52,7 @@ class Release {
   std::deque<SubAcquisition> parts_;  // the first may be under way
   bool is_under_way_ = false;
   std::vector<std::size_t> next_;  // of each input, in the first part
+  std::int64_t first_index_ = 0;   // of the clock
   std::int64_t reached_ps_ = 0;
   bool has_anchor_ = false;
   Time anchor_;  // when the time anchor_ps_ is due

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <vector>
 
 #include "tests/support/vector_sink.hpp"
@@ -87,6 +88,22 @@ TEST_F(ReleaseOfTwo, OneThatIsEarlySetsTheTimeAnew) {
   release.add({1, {{}, {}}, false}, soon);
   release.run(soon + Release::slack + milliseconds{1});
   EXPECT_EQ(release.reached_ps(), period_ps + ps_a_ms);
+}
+
+// 64 bits of picoseconds last 106 days.
+TEST_F(ReleaseOfTwo, TheClockBeginsAnewAfter53Days) {
+  constexpr std::int64_t last = std::numeric_limits<std::int64_t>::max() / 2 / period_ps;
+  release.add({last, {{7}, {}}, true}, now);
+  release.add({last + 1, {{}, {9}}, true}, now + milliseconds{200});
+  EXPECT_EQ(sink.tags.size(), 4U);  // all of the clock before
+  release.run(now + milliseconds{200} + Release::slack + milliseconds{1});
+  EXPECT_THAT(
+      sink.tags,
+      ElementsAre(loss(TagKind::loss_begin, last * period_ps), photon_tag(last * period_ps + 7, 1),
+                  loss(TagKind::loss_end, (last + 1) * period_ps),
+                  heartbeat_tag((last + 1) * period_ps),
+                  Tag{(last + 1) * period_ps, 0, TagKind::clock_break, {}},
+                  loss(TagKind::loss_begin, 0), photon_tag(9, 4), heartbeat_tag(ps_a_ms)));
 }
 
 }  // namespace
