@@ -56,6 +56,7 @@ void FrameLog::put(const FrameMessage& frame, const std::string& file,
     return;
   }
   queue_.push_back({frame, file, recording});
+  if (waits_ && queue_.size() == max_waiting_frames) changed_.notify_all();
 }
 
 void FrameLog::finish(const std::stop_token& stop,

@@ -73,6 +73,27 @@ TEST(FrameLog, AReplaysTableIsWholeAndHasTheChecksum) {
   EXPECT_TRUE(said.sentences.empty());
 }
 
+// A replay that waits for room gets it at once, not when the next second of frames is written.
+TEST(FrameLog, AFullQueueIsTakenAtOnce) {
+  const test::TempFolder folder;
+  Said said;
+  TableFacts replayed = live_facts;
+  replayed.recording = folder.write("a.ptu", "abc");
+  FrameLog log(folder.path("a.csv"), replayed, false, std::ref(said));
+  const FrameMessage frame = numbered_frame(0);
+  constexpr std::uint64_t room = 4096;
+  auto least = std::chrono::steady_clock::duration::max();
+  for (std::uint64_t count = 0, round = 1; round <= 4; ++round) {
+    for (std::uint64_t i = 0; i < room; ++i) log.put(frame);
+    const auto begin = std::chrono::steady_clock::now();
+    log.put(frame);
+    least = std::min(least, std::chrono::steady_clock::now() - begin);
+    count += room + 1;
+    ASSERT_TRUE(comes_true([&] { return lines_in(folder.path("a.csv")) == count + 1; }));
+  }
+  EXPECT_LT(least, std::chrono::milliseconds{100});
+}
+
 TEST(FrameLog, ATableThatIsRemovedIsAFaultAndAllItsFramesAreCounted) {
   const test::TempFolder folder;
   Said said;
