@@ -143,12 +143,12 @@ void RotatingWriter::open_file(std::int64_t first_ps) {
   PtuFacts facts = plan_.facts;
   if (counts) facts.encoder_file = name_of(encoder_file_of(file_));
   writer_.emplace(file_, std::move(facts), clock, false);
+  ++files_;
   if (counts) counts_.emplace(file_, std::move(counts), channels_);
   file_bytes_ = writer_->bytes();
   first_ps_ = first_ps;
   last_ps_ = first_ps;
   end_ps_ = end_of_file(first_ps);
-  ++files_;
 }
 
 void RotatingWriter::write_gap(std::int64_t first_ps) {

@@ -283,5 +283,32 @@ TEST_F(RotatingWriterTest, AFolderThatCannotBeMadeLeavesNothingUnsaid) {
   EXPECT_THAT(said, ElementsAre(HasSubstr("nothing is recorded"), HasSubstr("recording again")));
 }
 
+// The recording is there before its encoder counts are found to have no place.
+TEST_F(RotatingWriterTest, AFileWhoseCountsHaveNoPlaceIsNotCounted) {
+  struct Counts final : EncoderSource {
+    bool next(EncoderBatch& /*batch*/) override { return false; }
+    [[nodiscard]] bool live() const override { return true; }
+  };
+  const std::string path = folder.path("r");
+  {
+    RotatingWriter first = recorder_in(path);
+    first.take(steady_tags(writer_epoch_ps, 10));
+    first.close();
+  }
+  const std::string file = recordings_in(path).at(0);
+  std::filesystem::remove(file);
+  std::filesystem::create_directories(encoder_file_of(file) + "/in-the-way");
+  const SourceInfo source{"script", true, {}};
+  RotatingWriter recorder(
+      {config.record, config.channels, source, header_facts(config, source, "")}, clock,
+      [] { return std::make_unique<Counts>(); },
+      [this](const std::string& sentence) { said.push_back(sentence); });
+  recorder.take(steady_tags(writer_epoch_ps, 10));
+  recorder.close();
+  EXPECT_THAT(said, ElementsAre(HasSubstr("nothing is recorded: "),
+                                HasSubstr("10 tags are in no recording")));
+  EXPECT_EQ(recorder.files(), 0U);
+}
+
 }  // namespace
 }  // namespace splid::recording
