@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <random>
 #include <system_error>
 
 #include "protocol/error.hpp"
@@ -46,7 +47,9 @@ std::optional<fs::path> replaceable(const std::string& file, const fs::file_stat
 // Returns the errno of a failure, 0 for success.
 int write_and_replace(const fs::path& place, const std::string& text,
                       const fs::file_status& before) {
-  const std::string beside = place.string() + "." + std::to_string(::getpid()) + ".part";
+  // Programs in several containers may have the same process number.
+  std::random_device random;
+  const std::string beside = place.string() + "." + std::to_string(random()) + ".part";
   int fault = write_text(beside, text);
   std::error_code failure;
   if (fault == 0 && fs::exists(before)) fs::permissions(beside, before.permissions(), failure);
