@@ -20,7 +20,7 @@ std::vector<double> gaps_of(std::vector<std::int64_t> times) {
   std::sort(times.begin(), times.end());
   std::vector<double> gaps;
   for (std::size_t i = 1; i < times.size(); ++i) {
-    gaps.push_back(static_cast<double>(times[i] - times[i - 1]));
+    if (times[i] > times[i - 1]) gaps.push_back(static_cast<double>(times[i] - times[i - 1]));
   }
   return gaps;
 }

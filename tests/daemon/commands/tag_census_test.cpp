@@ -107,5 +107,19 @@ TEST(TagCensus, LossesCount) {
   EXPECT_TRUE(census.channels().empty());
 }
 
+// One sync came twice.
+TEST(TagCensus, SyncsOfOneTimeLeaveThePeriod) {
+  std::vector<Tag> syncs;
+  std::int64_t time_ps = 0;
+  for (int i = 0; i < 1000; ++i) {
+    time_ps += 3'780'000 * (1 + i * 7919 % 5);
+    syncs.push_back(sync_tag(time_ps));
+    if (i == 500) syncs.push_back(sync_tag(time_ps));
+  }
+  TagCensus census;
+  census.count(syncs);
+  EXPECT_EQ(census.channels().at("sync").period_ps, 3'780'000);
+}
+
 }  // namespace
 }  // namespace splid
