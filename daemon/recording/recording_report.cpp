@@ -24,6 +24,7 @@
 #include "estimator/sync/sync_survey.hpp"
 #include "protocol/json_value.hpp"
 #include "protocol/recording_format.hpp"
+#include "protocol/saturated.hpp"
 #include "protocol/scan_lines.hpp"
 #include "protocol/shown_text.hpp"
 
@@ -101,6 +102,12 @@ std::string report_counts(const RecordingInfo& info, double duration_s) {
   return text;
 }
 
+// From the first tag to the last, s; 0 without tags.
+double duration_of(const RecordingInfo& info) {
+  if (!info.first_ps || !info.last_ps) return 0;
+  return static_cast<double>(saturated_difference(*info.last_ps, *info.first_ps)) / 1e12;
+}
+
 std::string report_times(const RecordingInfo& info, double duration_s) {
   if (!info.first_ps || !info.last_ps) return "  no tags\n";
   return fmt::format(
@@ -150,7 +157,8 @@ std::string report_detectors(const RecordingInfo& info, DetectionTimes& inputs, 
     std::sort(times_ps.begin(), times_ps.end());
     checks::DetectorWaits waits(is_known ? config[place].get<double>() : 0);
     waits.add(times_ps, period_ps);
-    const double seconds = static_cast<double>(times_ps.back() - times_ps.front()) * 1e-12;
+    const double seconds =
+        static_cast<double>(saturated_difference(times_ps.back(), times_ps.front())) * 1e-12;
     const double in_a_frame = static_cast<double>(times_ps.size()) / seconds * frame_s;
     const FoundList found = waits.found(in_a_frame, 0);
     for (const Finding& finding : found.all()) {
@@ -241,8 +249,7 @@ std::string report_of(const std::string& file) {
       ++syncs;
     }
   });
-  const bool timed = info.first_ps && info.last_ps;
-  const double duration_s = timed ? static_cast<double>(*info.last_ps - *info.first_ps) / 1e12 : 0;
+  const double duration_s = duration_of(info);
   const bool t3 = info.header.is_t3;
   std::string text = fmt::format("{}: {}, {}, {}{:.6g} ps a tick\n", shown_text(file, most_said),
                                  in_words(info.header.format), t3 ? "T3" : "T2",
@@ -281,8 +288,7 @@ std::string report_photon_hdf5(const std::string& file) {
       info.last_ps = std::max(info.last_ps.value_or(tag.time_ps), tag.time_ps);
     }
   }
-  double duration_s =
-      info.first_ps ? static_cast<double>(*info.last_ps - *info.first_ps) / 1e12 : 0;
+  double duration_s = duration_of(info);
   if (header.is_t3) {
     duration_s *= header.sync_period_s * 1e12 / static_cast<double>(whole_period_ps(header));
   }

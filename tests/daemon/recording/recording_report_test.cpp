@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -23,6 +25,7 @@ namespace {
 using test::photon_record;
 using test::SyncStream;
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -135,6 +138,13 @@ TEST_F(RecordingReport, ThePatternPeriodOfDividedSyncsIsSaid) {
   const std::string old = folder.write("a.pt2", test::pico_harp_recording(2, {1U << 28U | 5U}));
   EXPECT_THAT(report_of(old),
               HasSubstr("(HWSync_Divider): the sync period is then 4 pattern periods\n"));
+}
+
+TEST_F(RecordingReport, TimesAtBothEndsOfTheRangeAreFarApart) {
+  using Range = std::numeric_limits<std::int64_t>;
+  const std::string file =
+      folder.write("a.qutag", test::qutag_recording({{Range::min(), 1}, {Range::max(), 1}}));
+  EXPECT_THAT(report_of(file), ContainsRegex("duration +9223372.04 s"));
 }
 
 TEST_F(RecordingReport, LossesAreSaidOfHeadersAndOfRecords) {
