@@ -249,7 +249,7 @@ double OptionReader::read_number(const json& value, const std::string& pointer,
                                  Bounds bounds) const {
   if (!value.is_number()) fail(pointer, shown(value) + " is no number");
   const auto number = value.get<double>();
-  if (number < bounds.min) {
+  if (!(number >= bounds.min)) {  // NaN too
     fail(pointer, out_of_bounds(value, "below", number_text(bounds.min), pointer));
   }
   if (number > bounds.max) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <string_view>
@@ -58,13 +59,14 @@ std::vector<std::string> cells_of(std::string_view line) {
   return cells;
 }
 
-// A number where the cell is one. Names stay text, and so does what is neither, which the reader
-// refuses.
+// A number where the cell is one. Names stay text, and so does what is neither, "nan" and "inf"
+// too, which the reader refuses.
 json cell_value(const std::string& key, const std::string& cell) {
   double number = 0;
   const char* const end = cell.data() + cell.size();
   const auto [stop, error] = std::from_chars(cell.data(), end, number);
-  if (key == "name" || error != std::errc{} || stop != end) return cell;
+  const bool is_number = error == std::errc{} && stop == end && std::isfinite(number);
+  if (key == "name" || !is_number) return cell;
   return number;
 }
 

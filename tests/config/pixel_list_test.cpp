@@ -143,6 +143,15 @@ TEST_F(PixelListTest, SaysWhatIsWrongInAFile) {
   };
   EXPECT_EQ(error_in("name,input\na,1\nb,two\n"),
             "line 3/input: \"two\" is no whole number of at most 63 bits");
+  for (const std::string column :
+       {"azimuth_deg", "elevation_deg", "delay_ps", "dead_time_ns", "sigma_ps"}) {
+    for (const std::string value : {"nan", "inf", "-inf", "1e999"}) {
+      EXPECT_EQ(error_in("input," + column + "\n1," + value + "\n"),
+                "line 2/" + column + ": \"" + value + "\" is no number");
+    }
+  }
+  EXPECT_EQ(error_in("input\nnan\n"),
+            "line 2/input: \"nan\" is no whole number of at most 63 bits");
   EXPECT_EQ(error_in("name,input\na,1,2\n"),
             "line 2: has 3 cells, and the first line 2 names of columns");
   EXPECT_THAT(error_in("input,colour\n1,red\n"), HasSubstr("line 2/colour: is an unknown key"));
