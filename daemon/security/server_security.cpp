@@ -28,9 +28,8 @@ std::unique_ptr<Authenticator> open_authenticator(
   return authenticator;
 }
 
-std::string reload_allow_list(Authenticator& authenticator, const std::string& domain,
-                              const std::string& file) {
-  AllowList next = AllowList::read(file);
+std::string change_allow_list(Authenticator& authenticator, const std::string& domain,
+                              AllowList next) {
   const AllowList before = authenticator.allowed(domain);
   const std::size_t added = next.missing_in(before);
   const std::size_t removed = before.missing_in(next);

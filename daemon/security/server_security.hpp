@@ -22,9 +22,9 @@ std::unique_ptr<Authenticator> open_authenticator(
     const SecurityOptions& options, const std::function<void(const std::string&)>& notice,
     Refusals& refusals);
 
-// Reads a domain's allow-list again from its file. Returns a sentence about what has changed; empty
-// where nothing has. Errors: Error(Fault::usage), and the list stays as before.
-std::string reload_allow_list(Authenticator& authenticator, const std::string& domain,
-                              const std::string& file);
+// Gives a domain another allow-list. Returns a sentence about what has changed; empty where nothing
+// has. Errors: none.
+std::string change_allow_list(Authenticator& authenticator, const std::string& domain,
+                              AllowList next);
 
 }  // namespace splid::security

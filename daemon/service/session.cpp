@@ -5,6 +5,7 @@
 #include <exception>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "daemon/base/clock.hpp"
 #include "daemon/base/line_writer.hpp"
@@ -63,15 +64,25 @@ std::unique_ptr<Metrics> open_metrics(const Config& config, const TagSource& sou
   return metrics;
 }
 
-std::string reload_allow_lists(security::Authenticator& authenticator, const Config& next) {
-  std::string all;
-  const auto reload = [&](const char* domain, const std::string& file) {
-    if (file.empty()) return;
-    const std::string what = security::reload_allow_list(authenticator, domain, file);
-    if (!what.empty()) all += (all.empty() ? "" : "; ") + what;
+// With their domains. A reload reads both before it changes anything.
+using AllowLists = std::vector<std::pair<std::string, security::AllowList>>;
+
+AllowLists read_allow_lists(const Config& next) {
+  AllowLists lists;
+  const auto read = [&](const char* domain, const std::string& file) {
+    if (!file.empty()) lists.emplace_back(domain, security::AllowList::read(file));
   };
-  reload(security::publish_domain, next.security.allow_list);
-  reload(security::control_domain, next.control.allow_list);
+  read(security::publish_domain, next.security.allow_list);
+  read(security::control_domain, next.control.allow_list);
+  return lists;
+}
+
+std::string change_allow_lists(security::Authenticator& authenticator, AllowLists lists) {
+  std::string all;
+  for (auto& [domain, list] : lists) {
+    const std::string what = security::change_allow_list(authenticator, domain, std::move(list));
+    if (!what.empty()) all += (all.empty() ? "" : "; ") + what;
+  }
   return all;
 }
 
@@ -170,9 +181,9 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
                 {publisher, &device, metrics.get(), observer, pixel_observer}, host_clock());
   Measuring measuring(config, output, device, options.is_service);
   const auto apply = [&](const std::shared_ptr<const Config>& next, bool is_new) {
-    std::string allowed = authenticator ? reload_allow_lists(*authenticator, *next) : "";
+    AllowLists lists = authenticator ? read_allow_lists(*next) : AllowLists{};
     if (is_new) measuring.reload(next, stop);
-    return allowed;
+    return authenticator ? change_allow_lists(*authenticator, std::move(lists)) : "";
   };
   const Reloader reloader(config, device, options.signals, apply);
   ControlActions actions(config, measuring, publisher);

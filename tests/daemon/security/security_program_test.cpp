@@ -184,6 +184,26 @@ TEST_F(SecurityProgram, AReloadTakesTheListAsItIsNow) {
   EXPECT_TRUE(eventually([&] { return daemon.err().find("1 key removed") != std::string::npos; }));
 }
 
+TEST_F(SecurityProgram, AReloadThatIsRefusedLeavesBothLists) {
+  const std::string operators = folder.write("operators", list);
+  ::chmod(operators.c_str(), 0644);
+  Program daemon(
+      {"run", "--config",
+       config(R"({"endpoint":"tcp://127.0.0.1:*"})",
+              R"({"server_key":"server.key_secret","allow_list":"allowed"},)"
+              R"("control":{"endpoint":"tcp://127.0.0.1:*","allow_list":"operators"})")});
+  (void)endpoint_of(daemon, "publishing at ");
+  allow("late", make_keys("late"));
+  folder.write("operators", "nonsense\n");
+  daemon.signal(SIGHUP);
+  ASSERT_TRUE(eventually([&] { return daemon.err().find("not reloaded") != std::string::npos; }));
+  folder.write("operators", list);
+  daemon.signal(SIGHUP);
+  const std::string of_control = "control's allow-list: 1 key added";
+  ASSERT_TRUE(eventually([&] { return daemon.err().find(of_control) != std::string::npos; }));
+  EXPECT_THAT(daemon.err(), HasSubstr(": allow-list: 1 key added; " + of_control));
+}
+
 TEST_F(SecurityProgram, CheckReadsTheList) {
   EXPECT_THAT(run_program({"check", secured()}).out,
               HasSubstr("1 keys of " + folder.path("allow")));
