@@ -30,9 +30,9 @@ struct Config {
   std::string file;                // as given
   std::vector<std::string> notes;  // a sentence for people on each value that is not as it says
   std::string source_driver;       // name of the driver
-  std::unique_ptr<SourceOptions> source;
-  std::string pattern_file;  // where it was found: see find_pattern_file()
-  Pattern pattern;           // read from pattern_file and valid
+  std::shared_ptr<SourceOptions> source;  // copies share it
+  std::string pattern_file;               // where it was found: see find_pattern_file()
+  Pattern pattern;                        // read from pattern_file and valid
   ChannelOptions channels;
   std::vector<PixelOptions> pixels;  // empty: one, of channels.photon
   std::string pixels_file;           // that they were read from; empty: the configuration

@@ -319,12 +319,13 @@ void Output::give_frame(const FrameMessage& message) {
 }
 
 void Output::reload(const OutputOptions& next) {
+  checks::DetectorWatch detector = watch_of(next);  // throws before anything has changed
   fold_.reload(next.fold.pulse);
   const std::scoped_lock lock(reload_mutex_);
   reloaded_context_ = next.context;
   reloaded_scene_ = next.scene;
   reloaded_status_ = next.status;
-  reloaded_detector_.emplace(watch_of(next));
+  reloaded_detector_.emplace(std::move(detector));
 }
 
 void Output::take_reloaded() {

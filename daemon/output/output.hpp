@@ -97,8 +97,9 @@ class Output {
   // encoder's counts;
   // null: there is no recording.
   void record(recording::Tap* recording);
-  // Messages from now on follow these options in what can change while frames flow: the context,
-  // and the effort that counts as not lowered.
+  // Messages from now on follow these options, which differ from those of the constructor in what
+  // can change while frames flow (with_live()). Errors: those of DetectorWatch; nothing has
+  // changed then.
   void reload(const OutputOptions& next);
 
  private:

@@ -6,6 +6,7 @@
 
 #include "daemon/base/clock.hpp"
 #include "daemon/base/log.hpp"
+#include "daemon/service/reload.hpp"
 #include "daemon/service/session_report.hpp"
 #include "daemon/stream/open_source.hpp"
 #include "protocol/error.hpp"
@@ -174,18 +175,19 @@ bool Measuring::pause(const std::string& reason, const std::stop_token& stop) {
 }
 
 // Estimators may take seconds to make, in which a stream may end and another begin.
-void Measuring::reload(std::shared_ptr<const Config> next, const std::stop_token& stop) {
+void Measuring::reload(const Config& given, const std::stop_token& stop) {
+  Config next = with_live(config_, given);
   std::unique_lock lock(mutex_);
   NewEstimators made;
   for (std::uint64_t of_stream = 0; stream_ && of_stream != streams_;) {
     of_stream = streams_;
-    const Stream::Make make = stream_->maker(stream_options(*next));
+    const Stream::Make make = stream_->maker(stream_options(next));
     lock.unlock();
-    made = made_by(make, *next, stop);
+    made = made_by(make, next, stop);
     lock.lock();
   }
+  output_.reload(output_options(next));  // the last that may throw
   if (stream_) stream_->reload(std::move(made));
-  output_.reload(output_options(*next));
   reloaded_ = std::move(next);
 }
 

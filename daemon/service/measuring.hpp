@@ -45,9 +45,9 @@ class Measuring {
   // Error(Fault::usage) after a stop request.
   bool pause(const std::string& reason, const std::stop_token& stop);
 
-  // Frames from now on are estimated as this configuration says: see Stream::reload and
-  // Output::reload. Errors: those of Stream::Make, which a stop request ends.
-  void reload(std::shared_ptr<const Config> next, const std::stop_token& stop);
+  // Frames from now on follow what is live (reload.hpp) of this configuration. Errors: those of
+  // Stream::Make, which a stop request ends.
+  void reload(const Config& given, const std::stop_token& stop);
 
   // Records what is measured from now on, in this stream and the next; returns false where a
   // recording runs already.
@@ -89,7 +89,7 @@ class Measuring {
   std::string waits_for_;
   // Of the last attempt to measure again, which reason_ tells.
   std::optional<Fault> failure_;
-  std::shared_ptr<const Config> reloaded_;
+  std::optional<Config> reloaded_;
   std::unique_ptr<Stream> stream_;  // null: there is none
   std::uint64_t streams_ = 0;       // that have begun
   bool pausing_ = false;            // pause() has asked the stream to end

@@ -48,4 +48,15 @@ ConfigChanges changes_between(const Config& before, const Config& after, const C
   return changes;
 }
 
+Config with_live(const Config& started, const Config& next) {
+  Config live = started;
+  live.scene = next.scene;
+  live.estimator = next.estimator;
+  live.pulse = next.pulse;
+  live.detector = next.detector;
+  live.detector.walk = started.detector.walk;
+  live.frame.min_seen_fraction = next.frame.min_seen_fraction;
+  return live;
+}
+
 }  // namespace splid

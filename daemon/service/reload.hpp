@@ -21,4 +21,7 @@ struct ConfigChanges {
 // has one. The rest decides how the stream is read, cut and sent.
 ConfigChanges changes_between(const Config& before, const Config& after, const Config& started);
 
+// The configuration that frames follow after a reload of `next`: `started` with what is live.
+Config with_live(const Config& started, const Config& next);
+
 }  // namespace splid

@@ -182,7 +182,7 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   Measuring measuring(config, output, device, options.is_service);
   const auto apply = [&](const std::shared_ptr<const Config>& next, bool is_new) {
     AllowLists lists = authenticator ? read_allow_lists(*next) : AllowLists{};
-    if (is_new) measuring.reload(next, stop);
+    if (is_new) measuring.reload(*next, stop);
     return authenticator ? change_allow_lists(*authenticator, std::move(lists)) : "";
   };
   const Reloader reloader(config, device, options.signals, apply);

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -14,7 +15,9 @@
 #include "daemon/output/publisher.hpp"
 #include "daemon/stream/open_source.hpp"
 #include "protocol/error.hpp"
+#include "protocol/scene_json.hpp"
 #include "tests/support/daemon_scene.hpp"
+#include "tests/support/field_scene.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/scripted_source.hpp"
 #include "tests/support/yardstick.hpp"
@@ -24,6 +27,7 @@
 namespace splid {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 // Each source that it opens sends what makes two frames and the begin of a third, and then waits;
@@ -43,6 +47,7 @@ struct ScriptedOptions final : SourceOptions {
 
 class MeasuringTest : public ::testing::Test {
  protected:
+  explicit MeasuringTest(std::size_t pixels = 1) : pixel_count(pixels) {}
   ~MeasuringTest() override { stop.request_stop(); }
 
   void run() {
@@ -56,21 +61,31 @@ class MeasuringTest : public ::testing::Test {
     return condition();
   }
 
+  static std::vector<std::string> names_of(const SceneMessage& scene) {
+    std::vector<std::string> names;
+    for (const SceneMessage::Pixel& pixel : scene.pixels) names.push_back(pixel.name);
+    return names;
+  }
+
+  const std::size_t pixel_count;
   std::atomic<bool> unplugged{false};
   Config config = [this] {
     Config made = scene_config(0);
+    if (pixel_count > 1) made = test::with_pixels(std::move(made), test::pixels_of(pixel_count));
     made.source = std::make_unique<ScriptedOptions>(unplugged);
     return made;
   }();
   std::stop_source stop;
+  std::set<std::vector<std::string>> names_seen;  // on the thread of run()
   std::atomic<std::uint64_t> frames{0};
   std::atomic<bool> in_a_row{true};
   DeviceMonitor device;
   Publisher publisher{config.publish.endpoint, 100};
   Output output{output_options(config),
                 {publisher, &device, nullptr,
-                 [this](const FrameMessage& frame, const std::string& /*json*/) {
+                 [this](const FrameMessage& frame, const std::string& json) {
                    if (frame.sequence != frames) in_a_row = false;
+                   if (pixel_count > 1) names_seen.insert(names_of(scene_from_json(json)));
                    ++frames;
                    return true;
                  }},
@@ -119,6 +134,26 @@ TEST_F(MeasuringTest, ASourceThatDoesNotOpenIsToldToWhoAskedAndIsTriedWhenAskedA
   unplugged = false;
   EXPECT_TRUE(measuring.start(stop.get_token()));
   EXPECT_TRUE(comes_true([&] { return frames >= 5; }));
+}
+
+class MeasuringPixelsTest : public MeasuringTest {
+ protected:
+  MeasuringPixelsTest() : MeasuringTest(2) {}
+};
+
+TEST_F(MeasuringPixelsTest, AReloadKeepsThePixelsThatTakeARestart) {
+  run();
+  ASSERT_TRUE(comes_true([&] { return frames >= 2; }));
+  Config next = test::with_pixels(config, test::pixels_of(3));
+  next.pixels[0].name = "other";
+  next.scene.max_speed_mps = 15;
+  measuring.reload(next, {});
+  EXPECT_TRUE(measuring.pause("the laser is off", stop.get_token()));
+  EXPECT_TRUE(measuring.start(stop.get_token()));
+  EXPECT_TRUE(comes_true([&] { return frames >= 5; }));
+  stop.request_stop();
+  thread.join();
+  EXPECT_THAT(names_seen, ElementsAre(ElementsAre("1", "2")));
 }
 
 TEST_F(MeasuringTest, AfterItsEndNobodyWaits) {

@@ -59,5 +59,26 @@ TEST(ConfigChanges, AnAllowListThatComesOrGoesTakesARestart) {
   EXPECT_THAT(changes_between(closed, other, closed).live, ElementsAre("/security/allow_list"));
 }
 
+TEST(WithLive, IsTheStartedConfigurationButForWhatIsLive) {
+  const Config started = scene_config(1);
+  Config next = scene_config(2);
+  next.scene.max_speed_mps = 15;
+  next.estimator.tracked = true;
+  next.pulse.sigma_ps = 70;
+  next.detector.dead_time_ns = 40;
+  next.frame.min_seen_fraction = 0.5;
+  Config live = with_live(started, next);
+  EXPECT_THAT(changes_between(live, next, started).live, IsEmpty());
+  next.detector.walk = {{50, 150}};
+  next.frame.length_ms = 20;
+  next.pixels.resize(3);
+  next.pattern.segments.front().pulse_times_ps[1] += 1;
+  live = with_live(started, next);
+  EXPECT_THAT(changes_between(started, live, started).restart, IsEmpty());
+  EXPECT_THAT(changes_between(started, live, started).live,
+              ElementsAre("/detector/dead_time_ns", "/estimator/tracked",
+                          "/frame/min_seen_fraction", "/pulse/sigma_ps", "/scene/max_speed_mps"));
+}
+
 }  // namespace
 }  // namespace splid
