@@ -95,11 +95,15 @@ void MeasuredCopy::publish(const Config& config) {
     OutputOptions options = output_options(config);
     options.encoder = {};
     options.source = nullptr;
-    const auto keep = [this](const FrameMessage& message, const std::string&) {
-      frames_.put(message, table_, recording_);
+    const bool has_pixels = config.pixels.size() > 1;
+    const auto keep = [&](const FrameMessage& message, const std::string&) {
+      if (!has_pixels) frames_.put(message, table_, recording_);
       return true;
     };
-    Output output(std::move(options), {nowhere, nullptr, nullptr, keep}, host_clock());
+    const auto keep_pixel = [&](const SceneMessage::Pixel& pixel) {
+      frames_.put(pixel.frame, table_, recording_);
+    };
+    Output output(std::move(options), {nowhere, nullptr, nullptr, keep, keep_pixel}, host_clock());
     output.begin();
     const StreamSummary summary = output.publish(stream_);
     fault_ = summary.fault;

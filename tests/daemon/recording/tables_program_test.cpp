@@ -86,14 +86,15 @@ class TablesProgram : public ::testing::Test {
     return run_program(all);
   }
   // The pattern's syncs and 60,000 photons a second.
-  [[nodiscard]] std::string config(const std::string& record, const std::string& source) const {
+  [[nodiscard]] std::string config(const std::string& record, const std::string& source,
+                                   const std::string& more = "") const {
     return folder.write(
         "config.json",
         R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator",)" + source +
             R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
             R"(/config/patterns/interleaved-180-189.json"},"record":{)" +
             record + R"(},"control":{"endpoint":"off"},"publish":{"endpoint":"ipc://)" +
-            folder.path("frames") + "\"}" + test::with_light_scene(test::small_ring) + "}");
+            folder.path("frames") + "\"}" + more + test::with_light_scene(test::small_ring) + "}");
   }
   test::TempFolder folder;
 };
@@ -197,6 +198,26 @@ TEST_F(TablesProgram, ARunKeepsItsFramesBesideItsRecordings) {
     EXPECT_GE(rows, 38);
     EXPECT_THAT(result.err, HasSubstr("; " + std::to_string(rows) + " frames in 2 tables"));
     EXPECT_THAT(result.err, HasSubstr(" " + std::to_string(rows) + " frames: "));
+  }
+}
+
+TEST_F(TablesProgram, ARecordingsFramesHaveARowForEachPixel) {
+  const std::string file =
+      config(R"("frames":"h5")",
+             R"("array":{"columns":2,"planes":[{"motion":"linear","distance_m":25}]},)"
+             R"("pace":"max","seconds":0.2)",
+             R"(,"pixels":[{"name":"left","input":1},{"name":"right","input":2}])");
+  const std::string recording = folder.path("a.ptu");
+  const ProgramResult result = run_program({"record", "--config", file, "--output", recording});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const std::vector<std::string> rows =
+      table_lines(read_table("frames", {recording + ".frames.h5"}));
+  ASSERT_GE(rows.size(), 8U);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const json row = json_value(rows[i]);
+    EXPECT_EQ(row["sequence"], i / 2);
+    EXPECT_EQ(row["pixel"], i % 2 == 0 ? "left" : "right");
+    if (row["valid"] == true) EXPECT_NEAR(row["distance_m"].get<double>(), 25, 0.1) << rows[i];
   }
 }
 
