@@ -36,6 +36,7 @@ StopSignals::StopSignals(bool takes_hangup) {
 }
 
 StopSignals::~StopSignals() {
+  over_ = true;
   pthread_kill(waiter_.native_handle(), end_of_waiter);
   waiter_.join();
 }
@@ -48,7 +49,8 @@ void StopSignals::on_hangup(std::function<void()> action) {
 void StopSignals::wait(sigset_t signals) {
   pthread_setname_np(pthread_self(), "signals");
   std::chrono::steady_clock::time_point asked;
-  for (int number = 0; sigwait(&signals, &number) == 0 && number != end_of_waiter;) {
+  for (int number = 0; sigwait(&signals, &number) == 0 && !over_;) {
+    if (number == end_of_waiter) continue;  // from outside
     if (number == SIGHUP) {
       const std::scoped_lock lock(hangup_mutex_);
       if (hangup_) hangup_();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <csignal>
 #include <functional>
 #include <mutex>
@@ -34,6 +35,7 @@ class StopSignals {
   std::stop_source stop_;
   std::mutex hangup_mutex_;
   std::function<void()> hangup_;
+  std::atomic<bool> over_{false};
   std::thread waiter_;
 };
 

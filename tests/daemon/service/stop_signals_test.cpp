@@ -7,6 +7,8 @@
 #include <csignal>
 #include <thread>
 
+#include "tests/support/eventually.hpp"
+
 namespace splid {
 namespace {
 
@@ -28,6 +30,19 @@ TEST(StopSignals, TwoAtOnceAreOneRequest) {
           for (const int number : {SIGTERM, SIGTERM, SIGINT}) send_and_await_taken(number);
         }  // what was taken has been acted upon
         ::_exit(came_to_its_end);
+      },
+      ::testing::ExitedWithCode(came_to_its_end), "");
+}
+
+// SIGUSR2 ends the thread that waits only where the object's end sends it.
+TEST(StopSignals, AreHeardAfterASignalThatMeansNothing) {
+  EXPECT_EXIT(
+      {
+        const StopSignals signals;
+        send_and_await_taken(SIGUSR2);
+        ::kill(::getpid(), SIGTERM);
+        const bool heard = test::eventually([&] { return signals.token().stop_requested(); });
+        ::_exit(heard ? came_to_its_end : 1);
       },
       ::testing::ExitedWithCode(came_to_its_end), "");
 }
