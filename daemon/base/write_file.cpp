@@ -58,6 +58,11 @@ int write_and_replace(const fs::path& place, const std::string& text,
   return fault;
 }
 
+[[noreturn]] void refuse_file(const std::string& file, int fault) {
+  throw Error(Fault::device, file + ": cannot be written: " + std::strerror(fault) +
+                                 "; name another file; nothing has been begun");
+}
+
 }  // namespace
 
 // A disk that is nearly full takes a part at first, and says with the next one that it is full.
@@ -86,19 +91,23 @@ void write_file(const std::string& file, const std::string& text) {
 
 void check_may_write(const std::string& file, bool force) {
   check_folder_of(file);
-  const bool exists = fs::exists(file);
-  if (fs::is_directory(file)) throw Error(Fault::usage, file + ": is a folder; name a file");
+  std::error_code failure;
+  const fs::file_status there = fs::status(file, failure);
+  if (!fs::status_known(there)) refuse_file(file, failure.value());
+  const bool exists = fs::exists(there);
+  if (fs::is_directory(there)) throw Error(Fault::usage, file + ": is a folder; name a file");
   if (exists && !force) throw Error(Fault::usage, file + ": exists; --force overwrites it");
   const fs::path folder = fs::path(file).parent_path();
   const std::string place = exists ? file : folder.empty() ? "." : folder.string();
-  if (::access(place.c_str(), W_OK) == 0) return;
-  throw Error(Fault::device, file + ": cannot be written: " + std::strerror(errno) +
-                                 "; name another file; nothing has been begun");
+  if (::access(place.c_str(), W_OK) != 0) refuse_file(file, errno);
 }
 
 void check_folder_of(const std::string& file) {
   const fs::path folder = fs::path(file).parent_path();
-  if (folder.empty() || fs::is_directory(folder)) return;
+  std::error_code failure;
+  const fs::file_status there = fs::status(folder, failure);
+  if (folder.empty() || fs::is_directory(there)) return;
+  if (!fs::status_known(there)) refuse_file(file, failure.value());
   throw Error(Fault::device, file + ": there is no folder " + folder.string() +
                                  "; make it, or name a file in another");
 }

@@ -27,6 +27,8 @@
 namespace splid {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr std::string_view tcp = "tcp://";
 constexpr std::string_view ipc = "ipc://";
 constexpr std::string_view systemd_credentials = "/run/credentials/";
@@ -83,12 +85,12 @@ void check_files(const Config& config) {
 void check_socket_file(const Config& config, const std::string& pointer, std::string_view file) {
   if (file.starts_with('@')) return;  // Linux' abstract names need no folder
   std::error_code absent;
-  const std::filesystem::file_status there = std::filesystem::status(file, absent);
-  if (std::filesystem::exists(there) && !std::filesystem::is_socket(there)) {
+  const fs::file_status there = fs::status(file, absent);
+  if (fs::exists(there) && !fs::is_socket(there)) {
     refuse(config, pointer,
            "ipc://" + std::string(file) + " exists and is no socket; give it another path");
   }
-  std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  fs::path folder = fs::path(file).parent_path();
   if (folder.empty()) folder = ".";
   if (::access(folder.c_str(), W_OK | X_OK) == 0) return;
   refuse(config, pointer,
@@ -141,6 +143,45 @@ void check_endpoint(const Config& config, const std::string& pointer, const std:
   }
 }
 
+fs::path folder_of(const fs::path& file) {
+  const fs::path folder = file.parent_path();
+  return folder.empty() ? fs::path(".") : folder;
+}
+
+// The service's user may look where the user of a check may not.
+std::string not_known(const fs::path& place, const std::error_code& failure) {
+  return place.string() + " cannot be looked at: " + failure.message() +
+         "; so whether splid can write there is not known";
+}
+
+// Empty: nothing is to be said.
+std::string metrics_note(const std::string& file) {
+  std::error_code failure;
+  const fs::path folder = folder_of(file);
+  const fs::file_status there = fs::status(folder, failure);
+  if (!fs::status_known(there)) return not_known(folder, failure);
+  if (!fs::is_directory(there)) {
+    return "there is no folder " + folder.string() + "; until there is, no metrics are written";
+  }
+  if (!fs::is_directory(file, failure)) return "";
+  return file + " is a folder; until it is not, no metrics are written";
+}
+
+// Empty: nothing is to be said.
+std::string record_note(const std::string& wanted) {
+  std::error_code failure;
+  fs::path folder = wanted;
+  fs::file_status there = fs::status(folder, failure);
+  while (there.type() == fs::file_type::not_found) {
+    folder = folder_of(folder);
+    there = fs::status(folder, failure);
+  }
+  if (!fs::status_known(there)) return not_known(folder, failure);
+  if (fs::is_directory(there) && ::access(folder.c_str(), W_OK | X_OK) == 0) return "";
+  return wanted + " cannot be made: " + folder.string() +
+         " is no folder that may be written to; nothing would be recorded";
+}
+
 }  // namespace
 
 void check_start(const Config& config) {
@@ -158,30 +199,15 @@ void check_start(const Config& config) {
 
 std::vector<std::string> start_notes(const Config& config) {
   std::vector<std::string> notes;
-  const auto folder_of = [](const std::string& file) {
-    const auto folder = std::filesystem::path(file).parent_path();
-    return folder.empty() ? std::filesystem::path(".") : folder;
+  const auto note = [&](const std::string& pointer, const std::string& sentence) {
+    if (!sentence.empty()) notes.push_back(pointer + ": " + sentence);
   };
-  const std::string& metrics = config.metrics.file;
-  if (!metrics.empty() && !std::filesystem::is_directory(folder_of(metrics))) {
-    notes.push_back("/metrics/file: there is no folder " + folder_of(metrics).string() +
-                    "; until there is, no metrics are written");
-  } else if (std::filesystem::is_directory(metrics)) {
-    notes.push_back("/metrics/file: " + metrics +
-                    " is a folder; until it is not, no metrics are written");
-  }
+  if (!config.metrics.file.empty()) note("/metrics/file", metrics_note(config.metrics.file));
   if (const std::string reason = unmodelled_by(config); !reason.empty()) {
-    notes.push_back("/detector/dead_time: the dead time is not modelled with " + reason +
-                    "; frames in which it would bias the values are saturated");
+    note("/detector/dead_time", "the dead time is not modelled with " + reason +
+                                    "; frames in which it would bias the values are saturated");
   }
-  std::filesystem::path folder = config.record.folder;
-  if (folder.empty()) return notes;
-  while (!std::filesystem::exists(folder)) folder = folder_of(folder.string());
-  if (!std::filesystem::is_directory(folder) || ::access(folder.c_str(), W_OK | X_OK) != 0) {
-    notes.push_back("/record/folder: " + config.record.folder +
-                    " cannot be made: " + folder.string() +
-                    " is no folder that may be written to; nothing would be " + "recorded");
-  }
+  if (!config.record.folder.empty()) note("/record/folder", record_note(config.record.folder));
   return notes;
 }
 

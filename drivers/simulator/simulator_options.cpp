@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <limits>
 #include <string>
+#include <system_error>
 
 #include "protocol/error.hpp"
 
@@ -177,7 +178,11 @@ std::optional<OptionFault> Options::start_fault() const {
   }
   if (truth.empty()) return std::nullopt;
   const std::filesystem::path folder = std::filesystem::path(truth).parent_path();
-  if (folder.empty() || std::filesystem::is_directory(folder)) return std::nullopt;
+  std::error_code unknown;  // another user may look there
+  const std::filesystem::file_status there = std::filesystem::status(folder, unknown);
+  if (folder.empty() || std::filesystem::is_directory(there) || !status_known(there)) {
+    return std::nullopt;
+  }
   return OptionFault{"/truth", truth + ": there is no folder " + folder.string() + "; make it"};
 }
 

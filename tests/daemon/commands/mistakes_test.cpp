@@ -313,6 +313,23 @@ TEST_F(Mistakes, CheckWarnsOfWhatRunWouldBeginWithout) {
   EXPECT_THAT(of_folder.err, AllOf(HasSubstr("/metrics/file"), HasSubstr("is a folder")));
 }
 
+// A folder that this user may not look into, and a link to itself, which root cannot follow either.
+TEST_F(Mistakes, APlaceThatCannotBeLookedAtIsNamed) {
+  const std::string loop = folder.path("loop");
+  std::filesystem::create_symlink("loop", loop);
+  const ProgramResult result = run_program(
+      {"check", write_config("c.json", R"(,"metrics":{"file":"loop/x.prom"},"record":{"folder":")" +
+                                           loop + "/tags\"}")});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::string unknown = loop + " cannot be looked at: Too many levels of symbolic links";
+  EXPECT_THAT(result.err, AllOf(HasSubstr("/metrics/file: " + unknown),
+                                HasSubstr("/record/folder: " + loop + "/tags cannot be looked")));
+  const std::string output = loop + "/a.ptu";
+  expect_error({"simulate", "--config", config, "--seconds", "0.1", "--output", output}, 3,
+               HasSubstr(loop + "/a.truth.json: cannot be written: Too many levels of symbolic "
+                                "links; name another file"));
+}
+
 TEST_F(Mistakes, CheckTakesAByteOrderMarkAsRunDoes) {
   const ProgramResult result =
       run_program({"check", folder.write("marked.json", "\xef\xbb\xbf" + file_text(config))});
