@@ -36,7 +36,7 @@ constexpr std::pair<const char*, Direction> directions[] = {
     {"azimuth_deg", &Pixel::azimuth_deg}, {"elevation_deg", &Pixel::elevation_deg}};
 
 template <class Get>
-void write_numbers(JsonWriter& json, const char* name, const std::vector<Pixel>& pixels,
+void write_numbers(JsonWriter& out, const char* name, const std::vector<Pixel>& pixels,
                    const Get& get, bool may_be_left_out = false) {
   std::string list = "[";
   bool has_any = !may_be_left_out;
@@ -47,33 +47,33 @@ void write_numbers(JsonWriter& json, const char* name, const std::vector<Pixel>&
     if (list.size() > 1) list += ',';
     list += is_known ? number_text(*value) : "null";
   }
-  if (has_any) json.raw(name, list + "]");
+  if (has_any) out.raw(name, list + "]");
 }
 
 template <class Get>
-void write_texts(JsonWriter& json, const char* name, const std::vector<Pixel>& pixels,
+void write_texts(JsonWriter& out, const char* name, const std::vector<Pixel>& pixels,
                  const Get& get) {
   std::string list = "[";
   for (const Pixel& pixel : pixels) {
     if (list.size() > 1) list += ',';
     list += json_string(get(pixel));
   }
-  json.raw(name, list + "]");
+  out.raw(name, list + "]");
 }
 
-void write_values(JsonWriter& json, std::span<const SceneValue> values,
+void write_values(JsonWriter& out, std::span<const SceneValue> values,
                   const std::vector<Pixel>& pixels) {
   for (const auto& [name, value] : values) {
-    write_numbers(json, name, pixels,
+    write_numbers(out, name, pixels,
                   [member = value](const Pixel& pixel) { return pixel.frame.*member; });
   }
 }
 
-void write_shared(JsonWriter& json, const FrameMessage& whole) {
-  json.text("start_ps", std::to_string(whole.start_ps)).number("duration_ms", whole.duration_ms);
-  if (whole.lost_tags) json.integer("lost_tags", *whole.lost_tags);
-  write_uncounted_losses(json, whole.uncounted_losses);
-  json.number("seen_fraction", whole.seen_fraction);
+void write_shared(JsonWriter& out, const FrameMessage& whole) {
+  out.text("start_ps", std::to_string(whole.start_ps)).number("duration_ms", whole.duration_ms);
+  if (whole.lost_tags) out.integer("lost_tags", *whole.lost_tags);
+  write_uncounted_losses(out, whole.uncounted_losses);
+  out.number("seen_fraction", whole.seen_fraction);
   if (const auto& sync = whole.sync) {
     JsonWriter members;
     members.integer("count", sync->count)
@@ -82,7 +82,7 @@ void write_shared(JsonWriter& json, const FrameMessage& whole) {
         .number("period_ps", sync->period_ps)
         .number("drift_ppm", sync->drift_ppm)
         .number("jitter_ps", sync->jitter_ps);
-    json.object("sync", members);
+    out.object("sync", members);
   }
 }
 
