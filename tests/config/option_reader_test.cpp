@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <nlohmann/json.hpp>
+
 #include "protocol/json_value.hpp"
 #include "tests/support/error_text.hpp"
 #include "tests/support/every_option.hpp"
@@ -93,6 +96,15 @@ TEST(OptionReader, BoundsAreInclusiveAndNamed) {
               HasSubstr("/source/times_s/1: 10 is above 9 s, the most allowed"));
   EXPECT_THAT(reader_error(R"({"target": {"distance_m": 101}})"),
               HasSubstr("/source/target/distance_m: 101 is above 100"));
+}
+
+// JSON has none, and CSV has: within no bounds.
+TEST(OptionReader, NotANumberIsRefused) {
+  const nlohmann::json given = {{"start_s", std::nan("")}};
+  OptionReader reader(given, "folder/a.json", "/source");
+  EveryOption options;
+  EXPECT_THAT(test::error_text([&] { options.describe(reader); }),
+              HasSubstr("/source/start_s: null is below 0"));
 }
 
 TEST(OptionReader, AWholeNumberMayBeWrittenWithAnExponent) {
