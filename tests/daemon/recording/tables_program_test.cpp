@@ -217,7 +217,9 @@ TEST_F(TablesProgram, ARecordingsFramesHaveARowForEachPixel) {
     const json row = json_value(rows[i]);
     EXPECT_EQ(row["sequence"], i / 2);
     EXPECT_EQ(row["pixel"], i % 2 == 0 ? "left" : "right");
-    if (row["valid"] == true) EXPECT_NEAR(row["distance_m"].get<double>(), 25, 0.1) << rows[i];
+    if (row["valid"] == true) {
+      EXPECT_NEAR(row["distance_m"].get<double>(), 25, 0.1) << rows[i];
+    }
   }
 }
 
