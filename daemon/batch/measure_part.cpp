@@ -4,6 +4,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <set>
 #include <string>
@@ -30,11 +31,7 @@ class SliceWriter {
  public:
   SliceWriter(const Folder& folder, const Recording& recording, const std::string& key,
               Slicing slicing, std::size_t pixels)
-      : folder_(folder),
-        recording_(recording),
-        key_(key),
-        slicing_(slicing),
-        pixels_(std::max<std::size_t>(1, pixels)) {}
+      : folder_(folder), recording_(recording), key_(key), slicing_(slicing), pixels_(pixels) {}
 
   void take(FrameMessage message) {
     const std::uint64_t number = message.sequence / slicing_.frames;
@@ -139,22 +136,29 @@ bool Meter::measure_slices(const Recording& recording, const Part& part, const F
   const RecordingReader reader(recording.file, [](const std::string&) {});
   SliceChoice choice(slicing_, recording.bytes, part, std::move(measured),
                      reader.decoder().record_bytes());
-  SliceWriter writer(folder, recording, key, slicing_, config_.pixels.size());
+  const std::size_t pixels = std::max<std::size_t>(1, config_.pixels.size());
+  SliceWriter writer(folder, recording, key, slicing_, pixels);
   std::uint64_t frames = 0;
+  std::atomic<std::uint64_t> wanted{0};  // frames; final once the part is passed
+  std::uint64_t taken = 0;               // rows
   bool stopped = false;
   config_.pipeline.estimation_threads = jobs_;
   const auto take = [&](const FrameMessage& message) {
     // The last frame after a stop is cut short.
     if (!stopped) writer.take(message);
+    ++taken;
   };
   const auto go_on = [&] {
     stopped = stop.stop_requested();
     reach(choice.position());
-    return !stopped && !choice.passed();
+    // A stop cuts the frames short that are still on their way.
+    return !stopped && !(choice.passed() && taken == wanted * pixels);
   };
   const auto wants = [&](const Frame& frame) {
     frames = frame.sequence + 1;
-    return choice.wants(frame);
+    const bool is_wanted = choice.wants(frame);
+    wanted += is_wanted ? 1 : 0;
+    return is_wanted;
   };
   recording::warn_of_other_pattern(config_, recording.file);
   measure_frames(config_, open_source(config_), take, go_on, wants);

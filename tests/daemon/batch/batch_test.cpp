@@ -211,6 +211,33 @@ TEST_F(BatchOfGolden, AnUnfinishedRecordingSaysWhatIsMissing) {
   EXPECT_FALSE(meter.is_measured(recording, {0, recording.bytes}, folder));
 }
 
+// Frames of an array that take longer than a stop's patience are on their way when the shard sees
+// that its part is over.
+TEST_F(BatchOfGolden, AShardWaitsForItsLastFrames) {
+  constexpr std::size_t pixels = 8;
+  const auto made = [] {
+    Config slow = test::with_pixels(config("interleaved"), test::pixels_of(pixels));
+    slow.scene.max_speed_mps = 10'000;
+    return slow;
+  };
+  const test::TempFolder inputs;
+  const std::string file = inputs.path("slow.ptu");
+  const DeviceClock clock{SourceInfo{"made", false, 1.6e9}, host_clock()};
+  recording::PtuWriter writer(file, {}, clock, true);
+  writer.write(test::field_tags(pixels, 0.05, made().pattern));  // two frames and a half
+  writer.close();
+  const Folder folder(inputs.path("out"));
+  Meter meter(made(), 1, Slicing{1});
+  measure({file}, meter, {1, 2}, folder);
+  const Recording recording = find_recordings({file}).front();
+  const auto slices = folder.slices(recording, Folder::key_of(meter.facts(), recording));
+  ASSERT_EQ(slices.size(), 2U);
+  std::string rows;
+  for (const SliceHead& slice : slices) rows += folder.slice_rows(recording, slice);
+  ASSERT_EQ(rows.size(), 2 * pixels * frame_row_bytes());
+  EXPECT_TRUE(rows_of_replay(made(), file).starts_with(rows));
+}
+
 TEST_F(BatchOfGolden, ARecordingWithoutTagsHasATableWithoutFrames) {
   const test::TempFolder inputs;
   const DeviceClock clock{SourceInfo{"made", false, 1.6e9}, host_clock()};
