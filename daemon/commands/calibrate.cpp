@@ -100,8 +100,10 @@ void add_options(CLI::App& command, CalibrateCommand& options) {
                   "Configuration: channels, nominal pattern, pulse width")
       ->required();
   command.add_option("--output,-o", options.output, "Pattern file to write")->required();
-  command.add_option("--distance-m", options.plan.distance_m,
-                     "Distance of the target, m (default: the middle of the range)");
+  command
+      .add_option("--distance-m", options.plan.distance_m,
+                  "Distance of the target, m (default: the middle of the range)")
+      ->check(number_between(-calibration::farthest_target_m, calibration::farthest_target_m));
   command
       .add_option(
           "--time-ps", options.plan.goal.std_time_ps,

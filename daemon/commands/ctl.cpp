@@ -176,9 +176,11 @@ void add_calibrate_options(CLI::App& command, CtlCommand& options) {
                   "Time to collect tags, s; splid does not measure meanwhile")
       ->required()
       ->check(number_between(0.1, 600));
-  command.add_option(
-      "--distance-m", request.distance_m,
-      "Distance of the target at rest, m (default: later distances are relative to the target)");
+  command
+      .add_option(
+          "--distance-m", request.distance_m,
+          "Distance of the target at rest, m (default: later distances are relative to the target)")
+      ->check(number_between(-calibration::farthest_target_m, calibration::farthest_target_m));
   command
       .add_option(
           "--time-ps", request.time_ps,

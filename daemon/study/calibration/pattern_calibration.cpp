@@ -107,6 +107,13 @@ class Reader {
   const std::stop_token& stop_;
 };
 
+void check_distance(const Plan& plan) {
+  if (!plan.distance_m || std::abs(*plan.distance_m) <= farthest_target_m) return;
+  throw Error(Fault::usage,
+              fmt::format("the target's distance, {:g} m, must be from {:.9g} to {:.9g} m",
+                          *plan.distance_m, -farthest_target_m, farthest_target_m));
+}
+
 [[noreturn]] void refuse(const Plan& plan, const std::string& why) {
   throw Error(Fault::data, plan.recording + ": " + why);
 }
@@ -393,6 +400,7 @@ PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& 
                                      const Plan& plan, const TellProgress& progress,
                                      const std::stop_token& stop) {
   check_one_segment(config);
+  check_distance(plan);
   const Reader reader(config, open, plan, progress, stop);
   const double nominal_ps = pattern_period_ps(config.pattern);
   const double width_ps = config.pulse.sigma_ps;
@@ -414,6 +422,9 @@ PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& 
   judge_range(config, found, pattern);
   const double delay_ps = delay_to_target_ps(config, plan, pattern);
   fill_pulses(found, delay_ps, pattern);
+  if (const auto fault = validate(pattern)) {
+    refuse(plan, "the pulses that were found are no pattern: " + *fault);
+  }
   std::vector<InputDelay> inputs = compare_inputs(config, reader);
   std::vector<PixelReport> pixels = report_pixels(config, reader, found);
   std::vector<Crosstalk> crosstalk = find_crosstalk(config, reader, found, pixels);

@@ -21,10 +21,13 @@ namespace splid::calibration {
 
 // The room daemon/study/calibration finds a pattern from a recording. Read this header first.
 
+inline constexpr double farthest_target_m = 1e6;
+
 struct Plan {
   std::string recording;             // its name, for people
   Goal goal;                         // the target may move by at most the goal's time
-  std::optional<double> distance_m;  // of the target, as `splid run` shall show it
+  std::optional<double> distance_m;  // of the target, as `splid run` shall show it, up to
+                                     // farthest_target_m either way
 };
 
 struct PatternCalibration {
@@ -59,9 +62,9 @@ using TellProgress = std::function<void(const char* doing, double seconds)>;
 // width (pulse.sigma_ps) need only hold within a factor of two.
 //
 // Threads: the caller's. Errors: the source's; Error(Fault::usage) for a pattern of several
-// segments and after a stop request; Error(Fault::data), which says what was seen, where the syncs
-// do not fit the nominal period, no pulse stands out, the target moved (with its velocity) or the
-// photons are too few (with how many are needed).
+// segments, a target too far away and after a stop request; Error(Fault::data), which says what was
+// seen, where the syncs do not fit the nominal period, no pulse stands out, the target moved (with
+// its velocity) or the photons are too few (with how many are needed).
 PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& open,
                                      const Plan& plan, const TellProgress& progress,
                                      const std::stop_token& stop);

@@ -275,6 +275,35 @@ TEST(PatternCalibration, WhatNoRecordingWouldHaveIsNotAskedFor) {
                     testing::Not(HasSubstr("it needs"))));
 }
 
+TEST(PatternCalibration, ADistanceThatCannotBeIsRefused) {
+  simulator::Options scene = scene_at_rest();
+  scene.seconds = 0.1;
+  for (const char* distance : {"nan", "inf", "-1e17"}) {
+    Plan plan;
+    plan.distance_m = std::strtod(distance, nullptr);
+    EXPECT_THAT(test::error_text([&] { (void)calibrate_scene(scene, plan); }),
+                HasSubstr("must be from -1000000 to 1000000 m"));
+    const std::vector<std::vector<std::string>> commands = {
+        {"calibrate", "a.ptu", "-c", "a.json", "-o", "no.json", "--distance-m", distance},
+        {"ctl", "calibrate", "--seconds", "1", "-o", "no.json", "--distance-m", distance}};
+    for (const std::vector<std::string>& command : commands) {
+      const test::ProgramResult result = test::run_program(command);
+      EXPECT_EQ(result.exit_code, 2);
+      EXPECT_THAT(result.err, HasSubstr("must be a number from -1000000 to 1000000"));
+    }
+  }
+}
+
+// So far away that all pulses have the same time in a double.
+TEST(PatternCalibration, APatternThatCouldNotBeReadIsRefused) {
+  Config config = config_of_one_pulse();
+  config.scene.range_offset_m = 1e17;
+  Plan plan;
+  plan.distance_m = 30;
+  EXPECT_THAT(test::error_text([&] { (void)calibrate_scene(scene_at_rest(), plan, {}, config); }),
+              HasSubstr("the pulses that were found are no pattern: /segments/0/pulse_times_ps/"));
+}
+
 TEST(PatternCalibration, WhatHoldsNoPatternIsRefused) {
   simulator::Options scene = scene_at_rest();
   scene.seconds = 0.2;
