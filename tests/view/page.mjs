@@ -252,12 +252,13 @@ await check('no picture of photons is made until somebody looks, and then all th
       new Uint32Array(canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.buffer)).size);
     expect(colours > 10, `${id} has ${colours} colours`);
   }
-  // The page may still be laid out anew, away from under the cursor.
-  await until('a value under the cursor', async () => {
-    const box = await (await page.$('#plane')).boundingBox();
-    await page.mouse.move(box.x + box.width / 2 + 15, box.y + box.height / 2 - 15);
-    return /mm, .* m\/s: .* nats/.test(await page.$eval('#plane-readout', (readout) => readout.textContent));
-  });
+  const box = await (await page.$('#plane')).boundingBox();
+  await page.mouse.move(box.x + box.width / 2 + 15, box.y + box.height / 2 - 15);
+  const value = () => /mm, .* m\/s: .* nats/.test(document.getElementById('plane-readout').textContent);
+  await shows(page, 'a value under the cursor', value);
+  const pointed_at = await page.evaluate(() => photons.fold.sequence);
+  await shows(page, 'a newer picture', (before) => photons.fold.plane && photons.fold.sequence > before, pointed_at);
+  expect(await page.evaluate(value), 'the next picture takes the value away');
 });
 
 // On a page of its own: what axe itself does to a page is no fault of the page.

@@ -5,7 +5,8 @@
 
 const MM_PER_NS = 149.896229;  // half the speed of light
 
-const photons = {on: false, fold: null, pictures: {}};
+// pointed: the picture that the cursor is on, and where, in pixels of its canvas.
+const photons = {on: false, fold: null, pictures: {}, pointed: null};
 
 // A figure whose axes are x and y: {from, to, title}.
 function open_picture(id, x, y) {
@@ -117,7 +118,7 @@ function draw_photons() {
     const data = photons.fold && photons.fold[name];
     at(name + '-figure').classList.toggle('empty', !data);
     if (data) draw_one(data);
-    put(name + '-readout', data ? summary_of(name, data) : 'not in this frame');
+    show_photon_readout(name);
   }
   if (!photons.fold) return;
   const {sequence, status, photons: all, folded, pixel} = photons.fold;
@@ -151,13 +152,23 @@ function value_at(name, x, y) {
   return `${x.toFixed(1)} mm, ${y.toFixed(2)} m/s: ${data.gain_nats[row * cells + column]} nats`;
 }
 
+// '' where the cursor is elsewhere.
+function value_under_cursor(name) {
+  if (!photons.pointed || photons.pointed.name !== name) return '';
+  const {area, x, y} = photons.pictures[name];
+  const right = (photons.pointed.x - area.x) / area.w, up = 1 - (photons.pointed.y - area.y) / area.h;
+  if (right < 0 || right > 1 || up < 0 || up > 1) return '';
+  return value_at(name, x.from + right * (x.to - x.from), y.from + up * (y.to - y.from));
+}
+
+function show_photon_readout(name) {
+  const data = photons.fold && photons.fold[name];
+  put(name + '-readout', data ? value_under_cursor(name) || summary_of(name, data) : 'not in this frame');
+}
+
 function point_at(name, event) {
-  const picture = photons.pictures[name];
-  if (!picture || !photons.fold || !photons.fold[name]) return;
-  const {area, x, y} = picture;
-  const right = (event.offsetX - area.x) / area.w, up = 1 - (event.offsetY - area.y) / area.h;
-  if (right < 0 || right > 1 || up < 0 || up > 1) return;
-  put(name + '-readout', value_at(name, x.from + right * (x.to - x.from), y.from + up * (y.to - y.from)));
+  photons.pointed = event ? {name, x: event.offsetX, y: event.offsetY} : null;
+  show_photon_readout(name);
 }
 
 function take_fold(fold) {
@@ -185,7 +196,7 @@ function start_photons() {
   at('photons').addEventListener('click', toggle_photons);
   for (const name of Object.keys(DRAW)) {
     at(name).addEventListener('pointermove', (event) => point_at(name, event));
-    at(name).addEventListener('pointerleave', draw_photons);
+    at(name).addEventListener('pointerleave', () => point_at(name, null));
   }
   window.addEventListener('resize', draw_photons);
 }
