@@ -25,6 +25,12 @@ using ::testing::HasSubstr;
 
 const TableFacts live_facts{"splid", "{}", "{}", ""};
 
+TableFacts replay_facts(const test::TempFolder& folder) {
+  TableFacts facts = live_facts;
+  facts.recording = folder.write("a.ptu", "abc");
+  return facts;
+}
+
 FrameMessage numbered_frame(std::uint64_t sequence) {
   FrameMessage message;
   message.sequence = sequence;
@@ -59,9 +65,7 @@ bool comes_true(Condition condition) {
 TEST(FrameLog, AReplaysTableIsWholeAndHasTheChecksum) {
   const test::TempFolder folder;
   Said said;
-  TableFacts replayed = live_facts;
-  replayed.recording = folder.write("a.ptu", "abc");
-  FrameLog log(folder.path("a.csv"), replayed, false, std::ref(said));
+  FrameLog log(folder.path("a.csv"), replay_facts(folder), false, std::ref(said));
   // More than the queue holds: put() waits for room.
   constexpr std::uint64_t count = 10'000;
   for (std::uint64_t i = 0; i < count; ++i) log.put(numbered_frame(i));
@@ -77,9 +81,7 @@ TEST(FrameLog, AReplaysTableIsWholeAndHasTheChecksum) {
 TEST(FrameLog, AFullQueueIsTakenAtOnce) {
   const test::TempFolder folder;
   Said said;
-  TableFacts replayed = live_facts;
-  replayed.recording = folder.write("a.ptu", "abc");
-  FrameLog log(folder.path("a.csv"), replayed, false, std::ref(said));
+  FrameLog log(folder.path("a.csv"), replay_facts(folder), false, std::ref(said));
   const FrameMessage frame = numbered_frame(0);
   constexpr std::uint64_t room = 4096;
   auto least = std::chrono::steady_clock::duration::max();

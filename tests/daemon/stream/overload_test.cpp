@@ -102,7 +102,7 @@ TEST_F(Overload, EffortIsLoweredBeforeAFrameIsDroppedAndComesBack) {
 
 // Even at the least effort: then the ring fills, and what does not fit is a loss of its frame.
 TEST_F(Overload, WhatTheRingCannotHoldIsACountedLoss) {
-  // Two frames, of so little light that a slow machine keeps up with it too once it is said to.
+  // The ring holds two frames. A slow machine keeps up with this light once the acceleration ends.
   ring_capacity_tags = 1 << 17;
   ambient_per_s = 1'250'000;
   start("fast");
