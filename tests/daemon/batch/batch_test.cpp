@@ -218,6 +218,9 @@ TEST_F(BatchOfGolden, AShardWaitsForItsLastFrames) {
   const auto made = [] {
     Config slow = test::with_pixels(config("interleaved"), test::pixels_of(pixels));
     slow.scene.max_speed_mps = 10'000;
+    slow.scene.targets = 4;
+    slow.scene.motion = Motion::accelerating;
+    slow.scene.max_acceleration_mps2 = 1e5;
     return slow;
   };
   const test::TempFolder inputs;
