@@ -90,6 +90,7 @@ def ego_velocity(cloud):
     return solved(d, -cloud["radial_velocity"], cloud["std_radial_velocity"])
 
 
+@pytest.mark.slow
 def test_surfaces_that_face_the_sensor_give_its_velocity(program, tmp_path):
     d = directions()
     distances = np.random.default_rng(1).uniform(5, 40, len(d))

@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 from conftest import ROOT
 
 PAGE = ROOT / "docs" / "guide" / "first-hour.md"
@@ -32,6 +33,7 @@ def write(text, name, folder):
     (folder / name).write_text(text, encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_page_from_its_first_command_to_its_last(program, tmp_path):
     made = [block for block in blocks() if block[1] in ("lab.json", "still.json", "simulate")]
     for language, name, text in sorted(made):  # the configurations before what needs them

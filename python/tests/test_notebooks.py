@@ -39,6 +39,7 @@ def ink(figure):
     return float(np.mean(np.any(image.imread(picture)[:, :, :3] < 0.99, axis=2)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(FIGURES))
 def test_a_notebook_runs_and_draws(name, program, monkeypatch):
     from matplotlib.figure import Figure

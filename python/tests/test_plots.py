@@ -38,6 +38,7 @@ def test_a_run_without_a_valid_frame_is_refused():
         plots.run(np.zeros(3, splid.FRAME))
 
 
+@pytest.mark.slow
 def test_a_tradeoff_of_the_program(program, scene, tmp_path):
     config = tmp_path / "scene.json"
     config.write_text(json.dumps({"schema": "splid.config", **scene}))
@@ -91,6 +92,7 @@ def test_an_error_that_is_not_known_has_no_panel(tmp_path):
     assert [(*line.get_xdata(), *line.get_ydata()) for line in chosen] == [(8, 1)]
 
 
+@pytest.mark.slow
 def test_a_calibration_of_the_program(program, scene, tmp_path):
     scene["source"] |= {"target": {"motion": "linear", "distance_m": 30, "velocity_mps": 0},
                         "signal_per_pulse": 0.08}
@@ -127,6 +129,7 @@ def test_a_scan_is_drawn_dwell_by_dwell():
         plots.scan(table[:1])
 
 
+@pytest.mark.slow
 def test_a_run_from_the_command_line(program, scene, tmp_path):
     config = tmp_path / "scene.json"
     config.write_text(json.dumps({"schema": "splid.config", **scene}))
@@ -140,6 +143,7 @@ def test_a_run_from_the_command_line(program, scene, tmp_path):
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
 
 
+@pytest.mark.slow
 def test_the_program_draws_what_it_wrote(program, interleaved, tmp_path):
     recording, config = interleaved
     table = splid.frames(recording, config)

@@ -69,6 +69,7 @@ def test_a_bound_takes_a_pattern_by_its_path(tmp_path):
         splid.bound("none.json", **light)
 
 
+@pytest.mark.slow
 def test_a_calibration_is_that_of_the_program(scene, program, tmp_path):
     scene["source"]["target"] |= {"motion": "linear", "velocity_mps": 0}
     scene["source"]["signal_per_pulse"] = 0.05
