@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -52,10 +53,11 @@ ArrayPixel plain_pixel(const Options& scene, const ArrayOptions& array, std::int
                      array.pitch_deg * (static_cast<double>(array.rows - 1) / 2 - row)};
   pixel.scene = scene;
   pixel.scene.photon_input = scene.photon_input + index;
-  // A splitmix constant: seeds one beside the other give pixels that share nothing.
+  // A splitmix constant keeps the pixels of one seed apart. The mask keeps the lowest bit, by which
+  // neighbouring seeds differ.
   const std::uint64_t seed = static_cast<std::uint64_t>(scene.seed) +
                              static_cast<std::uint64_t>(index) * 0x9e37'79b9'7f4a'7c15U;
-  pixel.scene.seed = static_cast<std::int64_t>(seed >> 1U);
+  pixel.scene.seed = static_cast<std::int64_t>(seed & std::numeric_limits<std::int64_t>::max());
   return pixel;
 }
 

@@ -76,7 +76,12 @@ TEST(ArrayScene, OneSeedGivesOneStreamAndNoTwoPixelsTheSame) {
   EXPECT_EQ(first, simulate(options, paper_pattern()));
   EXPECT_NE(of_input(first, 1), of_input(first, 2));
   options.seed = 2;
-  EXPECT_NE(first, simulate(options, paper_pattern()));
+  const std::vector<Tag> second = simulate(options, paper_pattern());
+  EXPECT_NE(first, second);
+  options.seed = 3;
+  const std::vector<Tag> third = simulate(options, paper_pattern());
+  for (int input = 1; input <= 6; ++input)
+    EXPECT_NE(of_input(second, input), of_input(third, input));
 }
 
 // Without noise all photons of a pixel are at the delay of what it looks at, and of its cable.
