@@ -72,6 +72,8 @@ def main():
             time.sleep(PAUSE_S)
             try:
                 serve(client, options.device, options.rate_hz)
+            except nidaqmx.DaqError as error:  # no such device, or no clock: splid connects again
+                print(f"nidaqmx_bridge: {options.device}: {error}", flush=True)
             except OSError:
                 pass  # splid has gone; it, or another, will connect again
 

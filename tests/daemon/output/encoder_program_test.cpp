@@ -9,6 +9,7 @@
 #include "drivers/encoder/encoder_source.hpp"
 #include "protocol/frame_json.hpp"
 #include "tests/support/bridge_server.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/light_scene.hpp"
 #include "tests/support/python_program.hpp"
 
@@ -17,6 +18,7 @@
 namespace splid {
 namespace {
 
+using splid::test::eventually;
 using splid::test::file_text;
 using splid::test::Program;
 using splid::test::ProgramResult;
@@ -147,6 +149,21 @@ TEST_F(EncoderProgram, ADaqsBridgeSendsItsCounts) {
   EXPECT_EQ(batches[10], (EncoderBatch{0, {}, true}));
   EXPECT_EQ(batches[11].first_index, 0);
   EXPECT_THAT(bridge.out(), HasSubstr("samples were overwritten"));
+}
+
+// Whoever plugs the DAQ in later need not start the bridge again.
+TEST_F(EncoderProgram, ADaqsBridgeNamesADeviceThatIsNotThereAndWaits) {
+  const std::string address = "unix:" + folder.path("daq.sock");
+  const Program bridge = python("drivers/encoder/python/nidaqmx_bridge.py",
+                                {"--listen", address, "--device", "Dev8", "--rate-hz", "1000"});
+  const auto source = open_encoder_socket(address, [](const std::string&) {});
+  EncoderBatch batch;
+  const std::string reason = "nidaqmx_bridge: Dev8: Device identifier is invalid.\n";
+  EXPECT_TRUE(eventually([&] {
+    EXPECT_FALSE(source->next(batch));
+    return bridge.out().find(reason + reason) != std::string::npos;
+  })) << bridge.out()
+      << bridge.err();
 }
 
 }  // namespace

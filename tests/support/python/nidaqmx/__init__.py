@@ -16,6 +16,8 @@ class DaqError(Exception):
 class _Channels:
     def add_ci_ang_encoder_chan(self, counter, name_to_assign_to_channel="",
                                 decoding_type=EncoderType.X_4, units=AngleUnits.DEGREES):
+        if not counter.startswith("Dev7/"):
+            raise DaqError("Device identifier is invalid.")
         assert counter == "Dev7/ctr0" and units is AngleUnits.TICKS
 
     def add_co_pulse_chan_freq(self, counter, name_to_assign_to_channel="", freq=1.0):
