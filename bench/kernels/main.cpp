@@ -140,9 +140,9 @@ Runs photons() {
        [](const SearchKernels& by, Arrays& a) {
          by.delay_cells(a.out_32.data(), a.rows.data(), a.in_32.data(), 77, count, 3780);
        }},
-      {"line_phases",
+      {"track_phases",
        [](const SearchKernels& by, Arrays& a) {
-         by.line_phases(a.out_32.data(), a.in_32.data(), a.times.data(), 1e6, 0.3, count);
+         by.track_phases(a.out_32.data(), a.in_32.data(), a.times.data(), 1e6, 0.3, 0, count);
        }},
       {"fold",
        [](const SearchKernels& by, Arrays& a) {

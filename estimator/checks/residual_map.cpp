@@ -105,9 +105,9 @@ void ResidualMap::fill_segment(const FoldedFrame& frame, const DelayTrack& track
   const double period_ns = train_.segments[s].comb.period_ns;
   const double to_32 = 0x1p32 / period_ns, per_ns = 1 / frame.length_ns;
   std::uint32_t* phases = phases_32_.data();
-  kernels.line_phases(phases, frame.phase_32.data() + begin, frame.time_ns.data() + begin,
-                      std::remainder(track.delay_ns, period_ns) * to_32,
-                      track.walk_ns * per_ns * to_32, count);
+  kernels.track_phases(phases, frame.phase_32.data() + begin, frame.time_ns.data() + begin,
+                       std::remainder(track.delay_ns, period_ns) * to_32,
+                       track.walk_ns * per_ns * to_32, 0, count);
   if (track.quadratic_ns != 0) {
     for (std::size_t i = 0; i < count; ++i) {
       const double share = frame.time_ns[begin + i] * per_ns;

@@ -89,7 +89,7 @@ void SeenLightFinder::count(const DelayTrack& track, std::size_t segment) {
   const std::size_t begin = frame.group_begin(segment), photons = frame.group_end[segment] - begin;
   const double period_ns = train_.segments[segment].comb.period_ns, to_32 = 0x1p32 / period_ns;
   const double per_ns = 1 / frame.length_ns;
-  best_search_kernels().curve_phases(
+  best_search_kernels().track_phases(
       phases_32_.data(), frame.phase_32.data() + begin, frame.time_ns.data() + begin,
       std::remainder(track.at_mid_frame_ns(), period_ns) * to_32, track.walk_ns * per_ns * to_32,
       6 * track.quadratic_ns * per_ns * per_ns * to_32, photons);

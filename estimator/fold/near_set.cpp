@@ -122,16 +122,10 @@ std::size_t NearSet::pick_groups(const FoldedFrame& frame, std::span<const CombW
     const std::size_t count = frame.group_end[s] - begin;
     const double period_ns = train.segments[s].comb.period_ns;
     const double to_32 = 0x1p32 / period_ns;
-    std::uint32_t* phases = phase_32_.data() + begin;
-    const std::uint32_t* folded = frame.phase_32.data() + begin;
-    const double* times = frame.time_ns.data() + begin;
-    const double delay_32 = std::remainder(curve.mid_ns, period_ns) * to_32;
-    if (curve.curve == 0) {
-      kernels.line_phases(phases, folded, times, delay_32, curve.slope * to_32, count);
-    } else {
-      kernels.curve_phases(phases, folded, times, delay_32, curve.slope * to_32,
-                           curve.curve * to_32, count);
-    }
+    kernels.track_phases(phase_32_.data() + begin, frame.phase_32.data() + begin,
+                         frame.time_ns.data() + begin,
+                         std::remainder(curve.mid_ns, period_ns) * to_32, curve.slope * to_32,
+                         curve.curve * to_32, count);
     picks_.push_back(kernels.pick(picked_.data() + begin, phase_32_.data() + begin,
                                   windows[s].flags(), windows[s].shift(), count));
     sum += picks_.back();

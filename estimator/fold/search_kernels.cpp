@@ -78,15 +78,7 @@ void delay_cells(std::uint32_t* __restrict cells, const std::uint32_t* __restric
 // Design note: adding 1.5 * 2^52 leaves the rounded sum in the low bits of the double. Its low 32
 // bits are then the phase modulo a period, without a conversion of doubles to 64-bit integers, for
 // which no processor before AVX-512 has a vector instruction.
-void line_phases(std::uint32_t* __restrict phases, const std::uint32_t* __restrict folded,
-                 const double* __restrict times, double delay, double slope, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) {
-    const double moved = (delay + slope * times[i]) + 0x1.8p52;
-    phases[i] = folded[i] - static_cast<std::uint32_t>(__builtin_bit_cast(std::uint64_t, moved));
-  }
-}
-
-void curve_phases(std::uint32_t* __restrict phases, const std::uint32_t* __restrict folded,
+void track_phases(std::uint32_t* __restrict phases, const std::uint32_t* __restrict folded,
                   const double* __restrict times, double delay, double slope, double curve,
                   std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -156,8 +148,7 @@ const SearchKernels search_kernels = {
     add<std::uint8_t, std::uint16_t>,
     add<std::uint16_t, std::uint32_t>,
     delay_cells,
-    line_phases,
-    curve_phases,
+    track_phases,
     fold,
     pick};
 

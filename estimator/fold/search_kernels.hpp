@@ -42,12 +42,9 @@ struct SearchKernels {
   // `bins`. Phases and pulse are in 2^-32 of the period.
   void (*delay_cells)(std::uint32_t* cells, const std::uint32_t* rows, const std::uint32_t* phases,
                       std::uint32_t pulse, std::size_t count, std::uint32_t bins);
-  // phases[i] = folded[i] - (delay + slope * times[i]), modulo the period. All phases are in 2^-32
-  // of a period. |delay + slope * times[i]| < 2^51.
-  void (*line_phases)(std::uint32_t* phases, const std::uint32_t* folded, const double* times,
-                      double delay, double slope, std::size_t count);
-  // The same with delay + times[i] * (slope + curve * times[i]).
-  void (*curve_phases)(std::uint32_t* phases, const std::uint32_t* folded, const double* times,
+  // phases[i] = folded[i] - (delay + times[i] * (slope + curve * times[i])), modulo the period. All
+  // phases are in 2^-32 of a period. What is taken off is below 2^51.
+  void (*track_phases)(std::uint32_t* phases, const std::uint32_t* folded, const double* times,
                        double delay, double slope, double curve, std::size_t count);
   // [P] Eq. 20 and the folding on the pattern period, for FoldedFrame. With x = photons_ps[i] -
   // zero_ps:

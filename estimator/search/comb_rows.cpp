@@ -119,9 +119,9 @@ void CombRows::load(const FoldedFrame& frame, double walk_ns, std::uint32_t slic
     moved_.resize(frame.size());
     for (std::size_t s = 0; s < train_.segments.size(); ++s) {
       const std::size_t begin = frame.group_begin(s);
-      kernels_.line_phases(
+      kernels_.track_phases(
           moved_.data() + begin, frame.phase_32.data() + begin, frame.time_ns.data() + begin, 0,
-          slope_ * 0x1p32 / train_.segments[s].comb.period_ns, frame.group_end[s] - begin);
+          slope_ * 0x1p32 / train_.segments[s].comb.period_ns, 0, frame.group_end[s] - begin);
     }
     phase_32_ = moved_.data();
   }
