@@ -10,6 +10,7 @@
 #include "estimator/fold/dead_intervals.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/frame_values.hpp"
+#include "estimator/model/chance.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"
 #include "estimator/paper/paper_method.hpp"
@@ -174,7 +175,7 @@ std::optional<Found> FrameEstimator::Workspace::look_for(const FrameView& view, 
     const bool is_better =
         found && (!best || !best->is_target || look != Look::curved ||
                   (found->is_target && found->best.gain_nats >=
-                                           best->best.gain_nats + TargetFit::nats_for_richer_path));
+                                           best->best.gain_nats + likely_nats));
     if (is_better) best = found;
     const Look next = look_after(look, best, track);
     if (track != nullptr)
@@ -235,7 +236,7 @@ void FrameEstimator::Workspace::select(Found& found, Effort most) {
   const selection::Selection& selected = several->select(frame, found.best, terms, most);
   if (selected.count < 2) return;
   found.track_terms = terms;
-  if (!search.moves() && several->gain_by_moving_nats() > TargetSearch::nats_for_motion_at_rest) {
+  if (!search.moves() && several->gain_by_moving_nats() > certain_nats) {
     found.is_target = false;
     return;
   }

@@ -4,16 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "estimator/model/chance.hpp"
+
 namespace splid {
-namespace {
-
-// A range walk of so many pulse widths needs no test whether there is any.
-constexpr double surely_moves_widths = 20;
-
-// A fitted width is known to better than a half.
-constexpr double most_uncertain_width = 0.5;
-
-}  // namespace
 
 TargetFit::TargetFit(FrameSearch& search, const PulseShape& shape, const PulseTrain& train,
                      Motion motion, bool is_width_fitted, bool may_be_dead, std::size_t max_photons)
@@ -74,7 +67,7 @@ void TargetFit::fit_richer_path(Look look, FittedTarget& target) {
   if (search_.may_accelerate()) {
     const likelihood::Maximum curved = maximum_with(target.start.at.model, 3);
     const double least_nats =
-        std::max(search_.curved_threshold_nats(), straight_nats + nats_for_richer_path);
+        std::max(search_.curved_threshold_nats(), straight_nats + likely_nats);
     if (look == Look::curved || (curved.has_covariance && curved.gain_nats >= least_nats)) {
       target.best = curved;
       target.track_terms = 3;
@@ -82,19 +75,20 @@ void TargetFit::fit_richer_path(Look look, FittedTarget& target) {
     }
   }
   const DelayTrack& track = target.best.track();
-  if (std::abs(track.walk_ns) > surely_moves_widths * width_ns_) return;
+  const double walk_ns = target.best.has_covariance ? track.walk_ns : 0;
+  if (std::abs(walk_ns) >
+      sure_deviations * std::sqrt(target.best.covariance(likelihood::walk, likelihood::walk)))
+    return;
   const likelihood::Maximum rest = search_.targets().fit(*frame_, {track.delay_ns}, 1);
-  if (target.best.gain_nats - rest.gain_nats >= nats_for_richer_path) return;
+  if (target.best.gain_nats - rest.gain_nats >= likely_nats) return;
   target.best = rest;
   target.track_terms = 1;
 }
 
-// Where photons are too few to tell the width, it stays as configured.
+// Where photons do not tell the width, it stays as configured.
 void TargetFit::fit_width(FittedTarget& target) {
   const likelihood::Maximum fitted = maximum_with(target.best.model, target.track_terms, true);
-  constexpr auto w = static_cast<Eigen::Index>(likelihood::width_place(1));
-  if (!fitted.has_covariance || std::abs(fitted.model.log_width) > std::log(most_width) - 1e-3 ||
-      !(std::sqrt(fitted.covariance(w, w)) < most_uncertain_width)) {
+  if (!fitted.has_covariance || std::abs(fitted.model.log_width) > std::log(most_width) - 1e-3) {
     return;
   }
   const double gain_nats = target.best.gain_nats;
@@ -107,7 +101,7 @@ void TargetFit::fit_width(FittedTarget& target) {
 bool TargetFit::moves_after_all(const FittedTarget& target) {
   const DelayTrack& track = target.best.track();
   return search_.targets().fit(*frame_, {track.delay_ns, track.walk_ns}, 2).gain_nats >
-         target.best.gain_nats + TargetSearch::nats_for_motion_at_rest;
+         target.best.gain_nats + certain_nats;
 }
 
 }  // namespace splid

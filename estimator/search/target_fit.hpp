@@ -5,7 +5,6 @@
 
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/likelihood/maximizer.hpp"
-#include "estimator/model/chance.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/search/frame_search.hpp"
 
@@ -26,8 +25,6 @@ struct FittedTarget {
 class TargetFit {
  public:
   static constexpr double most_width = 4;  // widths are fitted up to 4 times the configured width
-  // So much must a richer path gain: three deviations of the velocity, or of the acceleration.
-  static constexpr double nats_for_richer_path = likely_nats;
 
   TargetFit(FrameSearch& search, const PulseShape& shape, const PulseTrain& train, Motion motion,
             bool is_width_fitted, bool may_be_dead, std::size_t max_photons);
