@@ -14,9 +14,6 @@ using likelihood::Maximum;
 
 constexpr std::size_t most_peaks = 64;
 
-// Peaks closer than this are one maximum, which the maximizer finds to a millionth of a width.
-constexpr double same_peak_widths = 0.5;
-
 // A delay that is off by more than this is another range, as the studies count it. A range walk
 // that is off by twice as much is another velocity, since its line is then as far off at the
 // frame's ends.
@@ -82,12 +79,8 @@ void RangeOdds::add(const Maximum& peak) {
 void RangeOdds::add(DelayTrack line, double gain_nats) { keep({line, gain_nats, 0, false}); }
 
 void RangeOdds::keep(const Peak& peak) {
-  const double near_ns = same_peak_widths * volume_.width_ns;
   for (Peak& other : peaks_) {
-    if (apart_ns(peak.line, other.line) > near_ns ||
-        std::abs(peak.line.walk_ns - other.line.walk_ns) > near_ns) {
-      continue;
-    }
+    if (!is_same_range(peak.line, other.line)) continue;
     if (peak.gain_nats > other.gain_nats) other = peak;
     return;
   }

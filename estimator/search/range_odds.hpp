@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
@@ -28,7 +27,7 @@ class RangeOdds {
   explicit RangeOdds(const SearchVolume& volume);
 
   void clear() { peaks_.clear(); }
-  // Adds a maximum of the likelihood. A maximum may be added several times and counts once; the
+  // Adds a maximum of the likelihood. Of those with the same range the highest one counts; the
   // strongest 64 are kept.
   void add(const likelihood::Maximum& peak);
   // Adds a place that is no maximum, and whose gain is known only about.
