@@ -1,6 +1,5 @@
 #include "estimator/search/delay_velocity_search.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <type_traits>
@@ -71,11 +70,9 @@ Count* DelayVelocitySearch::buffer(std::size_t which) {
 }
 
 std::span<const SearchCell> DelayVelocitySearch::run(const FoldedFrame& frame,
-                                                     const SearchGrid& grid, double max_walk_ns,
-                                                     double about_walk_ns) {
+                                                     const SearchGrid& grid, double max_walk_ns) {
   best_.clear();
-  about_walk_ns_ = about_walk_ns;
-  rows_.load(frame, about_walk_ns, grid.slices);
+  rows_.load(frame, 0, grid.slices);
   const double most = rows_.most_in_slice(grid.bin_ns);
   if (most <= std::numeric_limits<std::uint8_t>::max()) {
     search<std::uint8_t>(grid, max_walk_ns);
@@ -150,9 +147,8 @@ void DelayVelocitySearch::keep(const GridLine& line, std::uint32_t photons,
   const auto walk = static_cast<double>(line.walk);
   const double delay_ns = (static_cast<double>(line.bin) + 0.5 + walk / 2) * grid.bin_ns;
   const double turn = std::floor(delay_ns / train_.circle_ns);
-  const double beside_ns = line.sign * walk * per_gap * grid.bin_ns;
-  const SearchCell cell = {{delay_ns - turn * train_.circle_ns, about_walk_ns_ + beside_ns},
-                           photons};
+  const double walk_ns = line.sign * walk * per_gap * grid.bin_ns;
+  const SearchCell cell = {{delay_ns - turn * train_.circle_ns, walk_ns}, photons};
   keep_among(best_, max_cells, cell, [&](const SearchCell& other) {
     double apart = std::abs(cell.line.delay_ns - other.line.delay_ns);
     apart = std::min(apart, train_.circle_ns - apart);

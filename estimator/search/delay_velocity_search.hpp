@@ -45,11 +45,11 @@ class DelayVelocitySearch {
   static std::size_t bytes(const PulseTrain& train, std::span<const SearchGrid> grids);
 
   // The best cells, those with the most photons first. Of a comb that is made of periodic parts, a
-  // photon at a pulse of two parts counts twice. Lines whose range walk is further than
-  // max_walk_ns (and a bin) from about_walk_ns are left out, and so are cells in the bow tie
-  // that the photons of a better cell make (see keep()). Valid until the next run.
+  // photon at a pulse of two parts counts twice. Lines whose range walk is larger than max_walk_ns
+  // (and a bin) are left out, and so are cells in the bow tie that the photons of a better cell
+  // make (see keep()). Valid until the next run.
   std::span<const SearchCell> run(const FoldedFrame& frame, const SearchGrid& grid,
-                                  double max_walk_ns, double about_walk_ns = 0);
+                                  double max_walk_ns);
 
   static constexpr std::size_t max_delays = 5;
   // The best delays for a known range walk, those with the most photons first and at least four
@@ -94,7 +94,6 @@ class DelayVelocitySearch {
   Room room_;
   TaylorTree tree_;
   PartLines part_lines_;
-  double about_walk_ns_ = 0;           // range walks of lines are beside this one
   std::vector<std::uint32_t> memory_;  // three buffers of rows, or the rows of all parts
   std::vector<SearchCell> best_;
   std::vector<DelayCell> delays_;
