@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "estimator/fold/delay_track.hpp"
-#include "estimator/model/comb.hpp"
 #include "estimator/model/frame_view.hpp"
 #include "estimator/model/pulse_train.hpp"
 

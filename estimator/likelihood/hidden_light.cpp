@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "estimator/fold/dead_intervals.hpp"
+
 namespace splid::likelihood {
 namespace {
 

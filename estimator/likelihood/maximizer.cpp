@@ -97,7 +97,7 @@ Maximum Maximizer::maximize(const Model& start, const Aim& aim) {
   maximize_gathered(aim, NearSet::gathered_roughly_from, best);
   const NearPhotons& near = likelihood_.near();
   const bool is_exact = !near.gathers() || near.likely_near() >= NearSet::gathered_from;
-  if (!is_exact && !aim.roughly && best.stop != Stop::beaten) {
+  if (!is_exact && best.stop != Stop::beaten) {
     maximize_gathered(aim, NearSet::gathered_from, best);
   }
   if (best.stop == Stop::beaten) return best;
@@ -135,8 +135,6 @@ void Maximizer::maximize_gathered(const Aim& aim, std::size_t gather_from, Maxim
 
 // On return point_ is the likelihood at the best place, or at the place before a last short step.
 void Maximizer::maximize_within(const Aim& aim, Maximum& best) {
-  constexpr double most_damping = 1e8;
-  constexpr double step_small = 1e-6;  // in the units of units_of()
   constexpr double gain_small = 1e-10;
   constexpr double short_step = 0.25;  // a longer one may lead to another maximum
   const double none_nats = likelihood_.no_target_nats();
@@ -153,7 +151,6 @@ void Maximizer::maximize_within(const Aim& aim, Maximum& best) {
     const auto step = step_of(information_of(point_.hessian, units, free), slope, damping);
     if (!step) {
       damping = more_damping(damping);
-      if (damping > most_damping) break;
       continue;
     }
     const double promised = slope.dot(*step) / 2;
@@ -178,12 +175,11 @@ void Maximizer::maximize_within(const Aim& aim, Maximum& best) {
       std::swap(point_, next_);
     }
     damping = is_better ? less_damping(damping) : more_damping(damping);
-    const bool is_small = step->cwiseAbs().maxCoeff() < step_small;
-    if (is_small || (is_better && gained < gain_small)) {
-      best.stop = is_small ? Stop::step_small : Stop::gain_small;
+    if (is_better && gained < gain_small) {
+      best.stop = Stop::gain_small;
       break;
     }
-    if (damping > most_damping || !likelihood_.serves(best.model)) break;
+    if (!likelihood_.serves(best.model)) break;
   }
   best.gain_nats = point_.value - none_nats;
 }

@@ -40,9 +40,6 @@ class Maximizer {
     // it has no covariance.
     double to_beat_nats = -std::numeric_limits<double>::infinity();
     double enough_nats = exact_nats;
-    // Whether a thousandth of a deviation does not matter, as where a sample of a frame's photons
-    // shows where to look.
-    bool roughly = false;
   };
 
   // Arguments: as for LogLikelihood.

@@ -14,15 +14,9 @@ namespace {
 // by a third of a bin lies within half a bin about its best straight line.
 constexpr double half_step_bins = 1.0 / 3;
 
-// A zoom takes steps that leave a path within 0.7 pulse widths of its best line.
-constexpr double zoom_step_widths = 4.0 / 3;
 constexpr int most_zooms = 6;
 
 constexpr std::size_t most_best_cells = 16;
-
-// Of the signal of a cell that a zoom must keep. A box of four widths holds 95 % of a pulse, so
-// that a zoom that has found the path has more than the cell.
-constexpr double least_signal_kept = 0.6;
 
 }  // namespace
 
@@ -44,6 +38,10 @@ double AccelerationSearch::max_quadratic_ns(double length_ns) const {
   return max_acceleration_mps2_ / acceleration_of(1, length_ns);
 }
 
+double AccelerationSearch::reach_ns(double length_ns) const {
+  return max_quadratic_ns(length_ns) + 2 * half_pulse_widths * width_ns_;
+}
+
 const FoldedFrame& AccelerationSearch::straightened_photons(const FoldedFrame& photons,
                                                             double quadratic_ns) {
   straight_.straighten(photons, quadratic_ns, train_);
@@ -62,25 +60,19 @@ const FoldedFrame& AccelerationSearch::straightened(const FoldedFrame& frame, do
 std::optional<AcceleratedFit> AccelerationSearch::find(const FoldedFrame& frame, Effort most) {
   const std::optional<Start> start = find_start(frame, most);
   if (!start) return std::nullopt;
-  DelayTrack from = start->line;
-  from.quadratic_ns = start->quadratic_ns;
-  AcceleratedFit found = {search_.fit(frame, from, 3), {}};
-  const DelayTrack track = found.best.track();
+  likelihood::Maximum best = search_.fit(frame, start->line, 3);
+  const double quadratic_ns = best.track().quadratic_ns;
   // The straightened frame is searched as any other, since the delay may be that of a side lobe,
   // and for the odds of the range.
   const std::optional<likelihood::Maximum> straight =
-      search_.find(straightened(frame, track.quadratic_ns), most);
+      search_.find(straightened(frame, quadratic_ns), most);
   if (!straight) return std::nullopt;
-  found.straight = *straight;
-  DelayTrack there = straight->track();
-  const double apart_ns =
-      std::abs(std::remainder(there.delay_ns - track.delay_ns, train_.circle_ns)) +
-      std::abs(there.walk_ns - track.walk_ns) / 2;
-  if (straight->gain_nats > found.best.gain_nats && apart_ns > width_ns_) {
-    there.quadratic_ns = track.quadratic_ns;
-    found.best = search_.fit(frame, there, 3);
+  if (straight->gain_nats > best.gain_nats + likelihood::Maximizer::exact_nats) {
+    DelayTrack there = straight->track();
+    there.quadratic_ns = quadratic_ns;
+    best = search_.fit(frame, there, 3);
   }
-  return found;
+  return AcceleratedFit{best, *straight};
 }
 
 std::optional<AccelerationSearch::Start> AccelerationSearch::find_start(const FoldedFrame& frame,
@@ -88,7 +80,7 @@ std::optional<AccelerationSearch::Start> AccelerationSearch::find_start(const Fo
   if (frame.size() >= TargetSearch::sampled_from) {
     sample_.take_every(frame.size() / TargetSearch::sampled_photons, frame);
     const std::optional<Start> start = find_at_level(sample_, 0);
-    if (start && start->box_gain_nats > search_.sure_in_sample_nats()) return start;
+    if (start && start->box_gain_nats > search_.sure_nats()) return start;
   }
   std::optional<Start> best;
   for (std::size_t level = 0; level < search_.levels(most); ++level) {
@@ -105,63 +97,66 @@ std::optional<AccelerationSearch::Start> AccelerationSearch::find_at_level(
   std::optional<Start> best;
   const std::size_t tried = std::min(best_.size(), TargetSearch::cells_tried(photons.size()));
   for (std::size_t i = 0; i < tried; ++i) {
-    const Start start = zoom_into(photons, level, best_[i]);
+    const Start start = zoom_into(photons, level, best_[i].line);
     if (!best || start.box_gain_nats > best->box_gain_nats) best = start;
     // The zoom has found the path where it keeps the cell's signal. It loses most of that where the
     // cell has the wrong quadratic term, and holds a part of the path alone.
     const double in_cell =
         search_.signal_photons(photons, search_.level(level).grid.bin_ns, best_[i].count);
     if (start.box_gain_nats > search_.settled_nats() &&
-        start.signal_photons > least_signal_kept * in_cell) {
+        start.signal_photons > strong_side_lobe * in_cell) {
       break;
     }
   }
   return best;
 }
 
+double AccelerationSearch::half_step_ns(std::size_t level) const {
+  return half_step_bins * search_.level(level).grid.bin_ns;
+}
+
 // How many quadratic terms on either side of none are looked at.
 double AccelerationSearch::steps(double length_ns, std::size_t level) const {
-  const double half_step_ns = half_step_bins * search_.level(level).grid.bin_ns;
-  const double beyond_ns = max_quadratic_ns(length_ns) - half_step_ns;
-  return std::max(0.0, std::ceil(beyond_ns / (2 * half_step_ns)));
+  const double beyond_ns = max_quadratic_ns(length_ns) - half_step_ns(level);
+  return std::max(0.0, std::ceil(beyond_ns / (2 * half_step_ns(level))));
 }
 
 // Fills best_ with the cells of all quadratic terms that hold the most photons.
 void AccelerationSearch::look(const FoldedFrame& photons, std::size_t level) {
-  const double step_ns = 2 * half_step_bins * search_.level(level).grid.bin_ns;
   const int most = static_cast<int>(steps(photons.length_ns, level));
   best_.clear();
   for (int step = -most; step <= most; ++step) {
-    const double quadratic_ns = step * step_ns;
-    for (const SearchCell& cell :
+    const double quadratic_ns = step * 2 * half_step_ns(level);
+    for (SearchCell cell :
          search_.cells(straightened_photons(photons, quadratic_ns), search_.level(level))) {
-      keep({cell.line, quadratic_ns, cell.count});
+      cell.line.quadratic_ns = quadratic_ns;
+      keep(cell);
     }
   }
 }
 
-void AccelerationSearch::keep(const Cell& cell) {
-  const auto place = std::find_if(best_.begin(), best_.end(),
-                                  [&](const Cell& other) { return other.count < cell.count; });
+void AccelerationSearch::keep(const SearchCell& cell) {
+  const auto place = std::find_if(best_.begin(), best_.end(), [&](const SearchCell& other) {
+    return other.count < cell.count;
+  });
   best_.insert(place, cell);
   if (best_.size() > most_best_cells) best_.pop_back();
 }
 
+// The terms of a zoom lie as close for half of its box as those of a look for a bin.
 AccelerationSearch::Start AccelerationSearch::zoom_into(const FoldedFrame& photons,
-                                                        std::size_t level, const Cell& cell) {
-  const double step_ns = zoom_step_widths * width_ns_;
-  const double half_ns = std::min(half_step_bins * search_.level(level).grid.bin_ns,
-                                  max_quadratic_ns(photons.length_ns));
+                                                        std::size_t level, DelayTrack track) {
+  const double step_ns = 2 * half_step_bins * half_pulse_widths * width_ns_;
+  const double half_ns = std::min(half_step_ns(level), max_quadratic_ns(photons.length_ns));
   const int steps = static_cast<int>(std::ceil(half_ns / step_ns));
-  Start at = {cell.line, cell.quadratic_ns, 0, 0};
-  bool is_cell = true;  // the line is where the photons are, and not where the target is
+  Start at = {track};
   for (int zoom = 0; zoom < most_zooms; ++zoom) {
-    const TargetSearch::Spot spot =
-        search_.zoom_into(straightened_photons(photons, at.quadratic_ns), search_.level(level),
-                          at.line, is_cell, step_ns, steps);
-    at = {spot.line, at.quadratic_ns + spot.quadratic_ns, spot.box_gain_nats, spot.signal_photons};
-    is_cell = false;
-    if (std::abs(spot.quadratic_ns) < (steps - 0.5) * step_ns) break;
+    const double from_ns = at.line.quadratic_ns;
+    at = search_.zoom_into(straightened_photons(photons, from_ns), search_.level(level),
+                           {at.line.delay_ns, at.line.walk_ns}, zoom == 0, step_ns, steps);
+    const double moved_ns = at.line.quadratic_ns;
+    at.line.quadratic_ns += from_ns;
+    if (std::abs(moved_ns) < (steps - 0.5) * step_ns) break;
   }
   return at;
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,18 +29,16 @@ struct AcceleratedFit {
 // of 50 ms takes one look, 200 ms take five, and 1 s takes 37 looks.
 class AccelerationSearch {
  public:
-  // How far beyond the largest quadratic term is looked, in pulse widths, for the threshold: what a
-  // zoom and the maximum may add.
-  static constexpr double least_reach_widths = 10.0 / 3;
-
   // max_acceleration_mps2: >= 0, towards and away. straight_dead: room for the dead time of a
   // straightened frame; empty: frames come without.
   AccelerationSearch(TargetSearch& search, const PulseTrain& train, double width_ns,
                      double max_acceleration_mps2, std::size_t max_photons,
                      std::optional<DeadIntervals> straight_dead = std::nullopt);
 
-  // The largest quadratic term in a frame of this length.
+  // The largest quadratic term in a frame of this length, and the largest that is looked at: a zoom
+  // and the maximum may add as much as a zoom's box is wide.
   [[nodiscard]] double max_quadratic_ns(double length_ns) const;
+  [[nodiscard]] double reach_ns(double length_ns) const;
 
   // How many quadratic terms the first look at a frame takes: one where any path stays within a
   // delay bin of a straight line. They grow with the square of the frame's length.
@@ -60,20 +57,16 @@ class AccelerationSearch {
   const FoldedFrame& straightened(const FoldedFrame& frame, double quadratic_ns);
 
  private:
-  struct Cell {
-    DelayTrack line;
-    double quadratic_ns;
-    std::uint32_t count;
-  };
   using Start = TargetSearch::Spot;
   std::optional<Start> find_start(const FoldedFrame& frame, Effort most);
   std::optional<Start> find_at_level(const FoldedFrame& photons, std::size_t level);
+  [[nodiscard]] double half_step_ns(std::size_t level) const;
   [[nodiscard]] double steps(double length_ns, std::size_t level) const;
   // Without the dead time, which no look at cells needs.
   const FoldedFrame& straightened_photons(const FoldedFrame& photons, double quadratic_ns);
   void look(const FoldedFrame& photons, std::size_t level);
-  void keep(const Cell& cell);
-  Start zoom_into(const FoldedFrame& photons, std::size_t level, const Cell& cell);
+  void keep(const SearchCell& cell);
+  Start zoom_into(const FoldedFrame& photons, std::size_t level, DelayTrack track);
 
   TargetSearch& search_;
   const PulseTrain& train_;
@@ -82,7 +75,7 @@ class AccelerationSearch {
   FoldedFrame straight_;
   std::optional<DeadIntervals> straight_dead_;
   FoldedFrame sample_;
-  std::vector<Cell> best_;
+  std::vector<SearchCell> best_;
 };
 
 }  // namespace splid

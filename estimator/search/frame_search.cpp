@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "estimator/model/chance.hpp"
@@ -21,9 +20,6 @@ using likelihood::Maximum;
 // side lobe of half of an interleaved comb.
 constexpr double least_followed_gain = 0.5;
 
-// Design note: a look at all delays costs as much as all else in a followed frame. It is left out
-// where the odds that the gain promises, by those of the last searched frame, are above 40 nats.
-constexpr double sure_odds_nats = 40;
 constexpr double longest_gap_ps = 1e12;
 
 // Not even a million photons show a quadratic term that is less.
@@ -98,8 +94,7 @@ void FrameSearch::look_for_acceleration(const SceneOptions& scene, double false_
     acceleration_.reset();
     return;
   }
-  curved_threshold_nats_ = threshold_of(
-      quadratic_ns + AccelerationSearch::least_reach_widths * shape_.width_ns(), false_alarm_rate);
+  curved_threshold_nats_ = threshold_of(acceleration_->reach_ns(length_ns), false_alarm_rate);
 }
 
 std::optional<Start> FrameSearch::straight(const FoldedFrame& frame, Effort most) {
@@ -141,8 +136,10 @@ std::optional<Start> FrameSearch::follow(const FoldedFrame& frame, const TargetT
   const double least_nats =
       std::max(least_followed_gain * track.nats_per_ns * frame.seen_ns, settled_nats());
   if (fit.gain_nats < least_nats || !fit.has_covariance) return std::nullopt;
+  // A look at all delays costs as much as all else in a followed frame. It is left out where the
+  // gain promises odds that leave no doubt, by those of the last searched frame.
   const double expected_nats = track.odds_per_nat * fit.gain_nats;
-  const bool is_sure = expected_nats >= sure_odds_nats;
+  const bool is_sure = expected_nats >= TargetSearch::no_doubt_nats;
   if (!is_sure) fit = search_.look_beside(photons, fit);
   const double odds_nats = search_.range_odds_nats(fit);
   Start start = {fit, is_sure ? std::min(odds_nats, expected_nats) : odds_nats, !acceleration_};
@@ -175,9 +172,7 @@ void FrameSearch::remember(const FoldedFrame& frame, std::int64_t mid_ps, const 
 
 bool FrameSearch::is_possible(const DelayTrack& track, double length_ns) const {
   if (!acceleration_) return track.quadratic_ns == 0;
-  return std::abs(track.quadratic_ns) <=
-         acceleration_->max_quadratic_ns(length_ns) +
-             AccelerationSearch::least_reach_widths * shape_.width_ns();
+  return std::abs(track.quadratic_ns) <= acceleration_->reach_ns(length_ns);
 }
 
 }  // namespace splid

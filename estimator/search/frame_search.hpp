@@ -8,7 +8,6 @@
 #include "estimator/fold/dead_intervals.hpp"
 #include "estimator/likelihood/maximizer.hpp"
 #include "estimator/model/estimate.hpp"
-#include "estimator/model/units.hpp"
 #include "estimator/search/acceleration_search.hpp"
 #include "estimator/search/target_search.hpp"
 #include "protocol/pattern.hpp"

@@ -4,10 +4,8 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <utility>
 
 #include "estimator/fold/kernel_choice.hpp"
-#include "estimator/model/chance.hpp"
 
 namespace splid {
 namespace {
@@ -26,26 +24,11 @@ constexpr double finest_widths = 2.5;
 
 constexpr std::size_t cheap_cells = std::size_t{1} << 16;  // take a tenth of a millisecond
 
-// A gain this far above the threshold ends the search: noise reaches it in e^-6 of the frames in
-// which it reaches the threshold.
-constexpr double settled_margin_nats = 6;
-
-// Peaks that are further below the best one than the least odds and this margin do not count
-// against its range.
-constexpr double rival_margin_nats = 3;
-
-// Design note: to search 65,536 (sampled_photons) of a million photons takes 3 ms instead of 20. A
-// target that stands 30 nats above the threshold in such a sample is not there by chance, and is
-// not mistaken for one of its own side lobes.
-constexpr double sample_margin_nats = 30;
-
 // Side lobes have side lobes of their own, which lead back to the same delays. Each
 // delay is tried once, and so many at most.
 constexpr std::size_t most_tried = 256;
 
 std::size_t levels_of(Effort effort) { return static_cast<std::size_t>(effort) + 1; }
-
-constexpr double most_recheck_bins = 262144;
 
 std::uint32_t fitting_bins(const PulseTrain& train) {
   return CombRows(train, 0, best_search_kernels()).fitting_bins();
@@ -86,7 +69,7 @@ std::vector<SearchGrid> level_grids(const PulseTrain& train, double width_ns, do
 }
 
 SearchGrid recheck_grid(const PulseTrain& train, double width_ns) {
-  const double bin_ns = std::max(3 * width_ns, train.circle_ns / most_recheck_bins);
+  const double bin_ns = std::max(3 * width_ns, train.circle_ns / level_cells[0]);
   return SearchGrid::cover(train.circle_ns, bin_ns, 0, fitting_bins(train));
 }
 
@@ -106,7 +89,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       shape_(shape),
       volume_(scope.volume),
       threshold_nats_(scope.threshold_nats),
-      rival_nats_(scope.least_odds_nats + rival_margin_nats),
+      rival_nats_(scope.least_odds_nats + likely_nats),
       max_slope_(scope.max_walk_ns / scope.frame_length_ns),
       moving_(scope.max_walk_ns > 0),
       free_(likelihood::free_set(1, moving_ ? 2 : 1)),
@@ -120,9 +103,8 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       near_(max_photons, max_photons * widest_level_overlap()),
       zoom_(shape.width_ns(), shape.peak_offset_ns()),
       maximizer_(shape, train, max_photons, {1, 1, scope.may_be_dead}),
-      odds_(scope.volume) {
+      peaks_(no_peaks()) {
   spots_.reserve(DelayVelocitySearch::max_cells);
-  weaker_.reserve(DelayVelocitySearch::max_cells);
   tried_ns_.reserve(most_tried);
 }
 
@@ -162,9 +144,9 @@ bool TargetSearch::has_side_lobes() const {
 }
 
 void TargetSearch::begin() {
-  odds_.clear();
-  weaker_.clear();
-  sample_odds_nats_.reset();
+  peaks_.odds.clear();
+  peaks_.weaker.clear();
+  peaks_.sample_best.reset();
 }
 
 std::optional<Maximum> TargetSearch::find(const FoldedFrame& frame, Effort most, Effort least) {
@@ -181,13 +163,9 @@ std::optional<Maximum> TargetSearch::find(const FoldedFrame& frame, Effort most,
 // are some ten deviations apart. A zoom ends at one of these maxima, which was not the highest one
 // in two of 6,000 frames with 19 signal photons.
 void TargetSearch::maximize_beside(const FoldedFrame& photons, Maximum& best) {
-  constexpr double few = 40;  // photons of signal
   // In delay and range walk, pulse widths.
   constexpr DelayTrack places[] = {{-2, 0}, {2, 0}, {0, -4}, {0, 4}, {0, -8}, {0, 8}};
-  if (best.gain_nats < threshold_nats_ ||
-      best.signal_per_pulse() * Exposure(photons, train_).amplitude > few) {
-    return;
-  }
+  if (best.gain_nats < threshold_nats_ || best.gain_nats > sure_nats()) return;
   const DelayTrack about = best.track();
   const double width_ns = shape_.width_ns();
   for (const DelayTrack& place : places) {
@@ -201,12 +179,13 @@ void TargetSearch::maximize_beside(const FoldedFrame& photons, Maximum& best) {
 
 // A target that shows plainly in a sample of the photons is found by the sample, and then refined
 // with all photons.
+//
+// Design note: to search 65,536 (sampled_photons) of a million photons takes 3 ms instead of 20.
 std::optional<Maximum> TargetSearch::find_by_sample(const FoldedFrame& frame) {
   sample_.take_every(frame.size() / sampled_photons, frame);
   const std::optional<Maximum> found = find_at_level(sample_, levels_.front());
-  if (!found || found->gain_nats < threshold_nats_ + sample_margin_nats) return std::nullopt;
-  sample_odds_nats_ = odds_.of(*found);
-  sample_best_ = found;
+  if (!found || found->gain_nats < sure_nats()) return std::nullopt;
+  peaks_.sample_best = found;
   return maximize(frame, found->track());
 }
 
@@ -218,7 +197,7 @@ std::optional<Maximum> TargetSearch::find_in(const FoldedFrame& photons, Effort 
     const Level& level = levels_[n];
     std::optional<Maximum> found = find_at_level(photons, level);
     if (found && (!best || found->gain_nats > best->gain_nats)) best = found;
-    if (best && best->gain_nats > threshold_nats_ + settled_margin_nats) break;
+    if (best && best->gain_nats > settled_nats()) break;
   }
   return best;
 }
@@ -230,14 +209,14 @@ std::optional<Maximum> TargetSearch::find_at_level(const FoldedFrame& photons, c
   const auto maximize_from = [&](const Spot& spot) {
     if (best && is_side_lobe(spot.line, level.grid, *best)) return;
     if (best && most_gain_nats(spot.box_gain_nats) < least_gain_nats(*best)) {
-      if (is_sure(spot)) weaker_.push_back({spot.line, spot.box_gain_nats});
+      if (is_sure(spot)) peaks_.weaker.push_back({spot.line, spot.box_gain_nats});
       return;
     }
     const Maximum fit = maximize(photons, spot.line);
     if (!best || fit.gain_nats > best->gain_nats) best = fit;
   };
   spots_.clear();
-  weaker_.clear();
+  peaks_.weaker.clear();
   const auto best_cells = cells(photons, level);
   const std::size_t tried = std::min(best_cells.size(), cells_tried(photons.size()));
   for (const SearchCell& cell : best_cells.first(tried)) {
@@ -279,11 +258,17 @@ TargetSearch::Spot TargetSearch::zoom_into(const FoldedFrame& photons, const Lev
     if (step < steps) near_.straighten(step_ns);
     if (zoomed.count <= best.count) continue;
     best = zoomed;
-    spot = {zoomed.line, step * step_ns};
+    spot.line = zoomed.line;
+    spot.line.quadratic_ns = step * step_ns;
   }
   spot.box_gain_nats = box_gain_nats(photons, best.count, best.box_ns);
   spot.signal_photons = signal_photons(photons, best.box_ns, best.count);
   return spot;
+}
+
+double TargetSearch::signal_photons(const FoldedFrame& photons, double bin_ns,
+                                    std::uint32_t count) const {
+  return count - static_cast<double>(photons.size()) * train_.pulses_per_ns * bin_ns;
 }
 
 // The gain of a box pulse: the log-likelihood ratio for a box that holds `count` photons where the
@@ -310,10 +295,8 @@ double TargetSearch::least_gain_nats(const Maximum& best) const {
 
 Maximum TargetSearch::maximize(const FoldedFrame& photons, DelayTrack line, double to_beat_nats) {
   maximizer_.begin(photons);
-  Maximum fit = maximizer_.maximize(
-      likelihood::model_of(line),
-      {free_, to_beat_nats, likelihood::Maximizer::exact_nats, &photons == &sample_});
-  odds_.add(fit);
+  const Maximum fit = maximizer_.maximize(likelihood::model_of(line), {free_, to_beat_nats});
+  peaks_.odds.add(fit);
   return fit;
 }
 
@@ -337,7 +320,7 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
     } else if (is_first || most_gain_nats(gain) > best.gain_nats - rival_nats_) {
       try_delay(photons, level, apart, found, best);
     } else {
-      odds_.add({found.delay_ns + apart, found.walk_ns}, gain);
+      peaks_.odds.add({found.delay_ns + apart, found.walk_ns}, gain);
     }
     is_first = false;
   }
@@ -377,7 +360,7 @@ void TargetSearch::try_delay(const FoldedFrame& photons, const Level& level, dou
   if (is_tried(from.delay_ns + shift_ns)) return;
   const double photons_at = from.delay_ns + shift_ns + shape_.peak_offset_ns();
   const Maximum fit =
-      fit_cell(photons, level, {photons_at, from.walk_ns}, best.gain_nats - far_below_nats);
+      fit_cell(photons, level, {photons_at, from.walk_ns}, best.gain_nats - no_doubt_nats);
   if (fit.gain_nats > best.gain_nats) best = fit;
 }
 
@@ -408,7 +391,7 @@ double TargetSearch::best_possible_gain(const FoldedFrame& photons, const Search
 // recheck_delay() looks at all of these delays at once.
 bool TargetSearch::is_side_lobe(DelayTrack line, const SearchGrid& grid,
                                 const Maximum& best) const {
-  return best.gain_nats > threshold_nats_ + far_below_nats &&
+  return best.gain_nats > sure_nats() &&
          std::abs(line.walk_ns - best.track().walk_ns) < 2.2 * grid.bin_ns;
 }
 
@@ -416,17 +399,8 @@ std::size_t TargetSearch::levels(Effort most) const {
   return std::min(levels_.size(), levels_of(most));
 }
 
-double TargetSearch::settled_nats() const { return threshold_nats_ + settled_margin_nats; }
-
-double TargetSearch::sure_in_sample_nats() const { return threshold_nats_ + sample_margin_nats; }
-
 std::span<const SearchCell> TargetSearch::cells(const FoldedFrame& photons, const Level& level) {
   return search_.run(photons, level.grid, max_slope_ * photons.length_ns);
-}
-
-double TargetSearch::signal_photons(const FoldedFrame& photons, double bin_ns,
-                                    std::uint32_t count) const {
-  return count - static_cast<double>(photons.size()) * train_.pulses_per_ns * bin_ns;
 }
 
 Maximum TargetSearch::fit(const FoldedFrame& frame, const DelayTrack& line,
@@ -454,15 +428,14 @@ Maximum TargetSearch::look_beside(const FoldedFrame& frame, const Maximum& fit) 
 
 std::optional<double> TargetSearch::range_odds_in(const FoldedFrame& rest, const Maximum& fit) {
   begin();
-  odds_.add(fit);
+  peaks_.odds.add(fit);
   const Maximum best = look_beside(rest, fit);
   if (best.gain_nats > fit.gain_nats) return std::nullopt;
-  return odds_.of(fit);
+  return peaks_.odds.of(fit);
 }
 
 double TargetSearch::range_odds_nats(const Maximum& fit) const {
-  const double of_all = odds_.of(fit);
-  const double odds_nats = sample_odds_nats_ ? std::min(*sample_odds_nats_, of_all) : of_all;
+  const double odds_nats = peaks_.range_odds_nats(fit, {});
   return odds_nats > 0 && is_where_combs_meet(fit) ? 0 : odds_nats;
 }
 
@@ -471,15 +444,14 @@ double TargetSearch::range_odds_nats(const Maximum& fit) const {
 // combs of two side lobes meet at the target itself, but share its photons: one of the two gains
 // half of what it does at most.
 bool TargetSearch::is_where_combs_meet(const Maximum& fit) const {
-  constexpr double most_of_side_lobe = 0.75;
   constexpr auto S = static_cast<Eigen::Index>(likelihood::signal);
   const double deviation = std::sqrt(fit.covariance(S, S)) / fit.signal_per_pulse();
   const double least_nats =
-      fit.gain_nats * std::max(most_of_side_lobe, 1 - unlikely_deviations * deviation);
+      fit.gain_nats * std::max(strong_side_lobe, 1 - unlikely_deviations * deviation);
   std::array<DelayTrack, 4> seen = {fit.track()};
   for (std::size_t count = 1; count < seen.size(); ++count) {
     const auto known = std::span(seen).first(count);
-    const std::optional<RangeOdds::Place> place = odds_.best_beside(known);
+    const std::optional<RangeOdds::Place> place = peaks_.odds.best_beside(known);
     if (!place || place->gain_nats < least_nats) return false;
     seen.at(count) = place->line;
     for (std::size_t k = 1; k < count; ++k) {
@@ -495,12 +467,6 @@ TargetSearch::Peaks TargetSearch::no_peaks() const {
   Peaks none = {RangeOdds(volume_), std::nullopt, {}};
   none.weaker.reserve(DelayVelocitySearch::max_cells);
   return none;
-}
-
-void TargetSearch::keep_peaks(Peaks& kept) const {
-  kept.odds = odds_;
-  kept.weaker = weaker_;
-  kept.sample_best = sample_odds_nats_ ? sample_best_ : std::nullopt;
 }
 
 std::optional<RangeOdds::Place> TargetSearch::Peaks::best_beside(

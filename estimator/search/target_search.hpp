@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -9,6 +8,7 @@
 
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/likelihood/maximizer.hpp"
+#include "estimator/model/chance.hpp"
 #include "estimator/model/comb_meetings.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/model/pulse_shape.hpp"
@@ -54,14 +54,10 @@ class TargetSearch {
   // A zoom reaches at least so many pulse widths in delay, and twice as far in range walk. A near
   // copy of the comb, and the wrong range walk that makes up for its difference, are within that.
   static constexpr double least_reach_widths = 8;
-  // So much must a target that is taken to be at rest gain by moving to be known to move: 10 nats
-  // are 4.5 standard deviations of velocity, which a target at rest shows in 7 frames of a million.
-  static constexpr double nats_for_motion_at_rest = 10;
-
-  // So far below the best maximum another one is given up. A peak so far above the threshold is
-  // told from the side lobes of the comb's autocorrelation, which gain two thirds of it at most; in
-  // weaker frames every cell is tried.
-  static constexpr double far_below_nats = 60;
+  // So many nats leave no doubt: a maximum so far below the best one is given up, and a peak so far
+  // above the threshold is not there by chance, nor a side lobe of the comb's autocorrelation,
+  // which gains two thirds of it at most.
+  static constexpr double no_doubt_nats = 40;
 
   TargetSearch(const PulseTrain& train, const PulseShape& shape, const SearchScope& scope,
                std::size_t max_photons);
@@ -114,7 +110,7 @@ class TargetSearch {
   // With room for as many peaks as a search keeps.
   [[nodiscard]] Peaks no_peaks() const;
   // Copies the peaks of the last find(), or find_near() and look_beside().
-  void keep_peaks(Peaks& kept) const;
+  void keep_peaks(Peaks& kept) const { kept = peaks_; }
   // How sure the range of a target is that was not searched for, by a look at all delays with its
   // range walk, in a frame from which all others have been taken out. Nothing where another delay
   // is better.
@@ -130,7 +126,6 @@ class TargetSearch {
   // Where a zoom has ended.
   struct Spot {
     DelayTrack line;
-    double quadratic_ns = 0;  // beside that of the frame
     double box_gain_nats = 0;
     double signal_photons = 0;  // in the box, beyond the background's
   };
@@ -139,9 +134,10 @@ class TargetSearch {
   static std::size_t cells_tried(std::size_t photons);
   [[nodiscard]] std::size_t levels(Effort most) const;
   [[nodiscard]] const Level& level(std::size_t number) const { return levels_[number]; }
-  // A gain that settles the search, in a frame and in a sample of it.
-  [[nodiscard]] double settled_nats() const;
-  [[nodiscard]] double sure_in_sample_nats() const;
+  // A gain that ends the search of a frame, which noise hardly reaches, and one that ends the
+  // search of a sample.
+  [[nodiscard]] double settled_nats() const { return threshold_nats_ + likely_nats; }
+  [[nodiscard]] double sure_nats() const { return threshold_nats_ + no_doubt_nats; }
   // The photons of so many in bins of such a width that are beyond their mean background.
   [[nodiscard]] double signal_photons(const FoldedFrame& photons, double bin_ns,
                                       std::uint32_t count) const;
@@ -201,11 +197,8 @@ class TargetSearch {
   Zoom zoom_;
   likelihood::Maximizer maximizer_;
   std::vector<Spot> spots_;
-  std::vector<RangeOdds::Place> weaker_;
-  RangeOdds odds_;
-  std::optional<double> sample_odds_nats_;  // where the sample settled the last find()
-  std::optional<Maximum> sample_best_;      // what the sample found then
-  std::vector<double> tried_ns_;            // delays that recheck_delay() has looked at
+  Peaks peaks_;                   // of the last search
+  std::vector<double> tried_ns_;  // delays that recheck_delay() has looked at
 };
 
 }  // namespace splid

@@ -1,7 +1,6 @@
 #include "estimator/search/taylor_tree.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 #include <limits>
 #include <memory>

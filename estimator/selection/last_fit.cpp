@@ -128,7 +128,7 @@ void TargetSelection::try_model(const Model& other, const Maximum& found, std::s
                                 std::size_t m) {
   const Maximum there =
       maximizer_.maximize(other, {likelihood::free_set(other.count, terms_, scope_.is_width_free),
-                                  found.gain_nats - TargetSearch::far_below_nats});
+                                  found.gain_nats - TargetSearch::no_doubt_nats});
   if (!there.has_covariance && there.stop != Stop::beaten) return;
   const double odds_nats = std::abs(there.gain_nats - found.gain_nats);
   for (auto* odds : {&pair_odds_nats_[k], &pair_odds_nats_[m]}) {

@@ -159,8 +159,7 @@ TEST(Maximizer, GivesUpWhatIsSurelyLower) {
   EXPECT_FALSE(beaten.has_covariance);
 }
 
-// 6,000 photons near the track: put together on the way, and each by itself at the end, unless only
-// a rough place is asked for.
+// 6,000 photons near the track: put together on the way, and each by itself at the end.
 TEST(Maximizer, BrightTargetsEndWithEachPhotonByItself) {
   FrameMaker bright = interleaved();
   bright.length_ms = 10;
@@ -168,16 +167,10 @@ TEST(Maximizer, BrightTargetsEndWithEachPhotonByItself) {
   const ModelScene scene(bright);
   Maximizer maximizer(*scene.shape, scene.train, scene.folded.size(), {});
   maximizer.begin(scene.folded);
-  Maximizer::Aim aim = {free_set(1, 2)};
-  const Maximum fit = maximizer.maximize(scene.model, aim);
-  EXPECT_NEAR(maximizer.judge(fit.model, aim.free).gain_nats, fit.gain_nats, 1e-6);
-  aim.roughly = true;
-  const Maximum rough = maximizer.maximize(scene.model, aim);
-  EXPECT_NE(fit.track().delay_ns, rough.track().delay_ns);
-  EXPECT_NEAR(fit.track().delay_ns, rough.track().delay_ns,
-              0.01 * std::sqrt(fit.covariance(delay, delay)));
-  EXPECT_NEAR(fit.track().walk_ns, rough.track().walk_ns,
-              0.05 * std::sqrt(fit.covariance(walk, walk)));
+  const FreeSet free = free_set(1, 2);
+  const Maximum fit = maximizer.maximize(scene.model, {free});
+  EXPECT_FALSE(maximizer.likelihood().near().gathers());
+  EXPECT_NEAR(maximizer.judge(fit.model, free).gain_nats, fit.gain_nats, 1e-6);
 }
 
 // Very many photons are put together in cells. A width that is fitted then knows of the cells.
