@@ -25,6 +25,9 @@ inline std::uint64_t uncounted_losses(std::span<const Loss> losses) {
       std::count_if(losses.begin(), losses.end(), [](const Loss& loss) { return loss.count < 0; }));
 }
 
+// What StrayTimes took out, after its number.
+inline constexpr const char* strays_in_words = " tags had a time far ahead of all others";
+
 // "12 tags lost; losses of an unknown number of tags: 3", the latter where there are any.
 inline std::string lost_in_words(std::uint64_t tags, std::uint64_t uncounted) {
   std::string text = grouped(tags) + " tags lost";

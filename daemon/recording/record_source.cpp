@@ -18,6 +18,7 @@
 #include "daemon/recording/loss_words.hpp"
 #include "daemon/recording/ptu_writer.hpp"
 #include "daemon/recording/recording_facts.hpp"
+#include "daemon/recording/stray_times.hpp"
 #include "daemon/stream/device_clock.hpp"
 #include "daemon/stream/open_source.hpp"
 #include "daemon/stream/ring.hpp"
@@ -85,14 +86,18 @@ RecordSummary record_source(const Config& config, TagSource& source, const std::
   SourceThread thread(source, ring, enough.get_token());
   Progress progress(clock);
   Extent extent;
+  StrayTimes stray_times;
+  const auto keep = [&](std::span<const Tag> tags) {
+    extent.take(tags);
+    writer.write(tags);
+    if (encoder) encoder->write(tags);
+  };
   const std::int64_t begin_ns = clock.steady_ns();
   std::int64_t flushed_ns = begin_ns;
   while (!ring.ended()) {
     const std::span<const Tag> waiting = ring.wait(idle, {});
     const auto tags = waiting.first(std::min(waiting.size(), tags_at_once));
-    extent.take(tags);
-    writer.write(tags);
-    if (encoder) encoder->write(tags);
+    keep(stray_times.sort_out(tags));
     limit.see(tags);
     ring.consume(tags.size());
     const std::int64_t now_ns = clock.steady_ns();
@@ -107,6 +112,7 @@ RecordSummary record_source(const Config& config, TagSource& source, const std::
     if (limit.seconds > 0 && (extent.seconds() >= limit.seconds || is_late)) enough.request_stop();
     if (progress.due()) show(progress, writer, extent.seconds(), took_s);
   }
+  keep(stray_times.finish());
   writer.close();
   if (encoder) {
     encoder->write({});  // the counts that came meanwhile
@@ -115,14 +121,16 @@ RecordSummary record_source(const Config& config, TagSource& source, const std::
   thread.join();
   if (thread.fault()) std::rethrow_exception(thread.fault());
   check_enough(info, extent.seconds(), limit.seconds, stop);
-  return {writer.records(), writer.lost_tags(), uncounted_losses(writer.losses()), writer.bytes(),
-          extent.seconds()};
+  return {writer.records(), writer.lost_tags(), uncounted_losses(writer.losses()),
+          writer.bytes(),   extent.seconds(),   stray_times.strays()};
 }
 
 std::string in_words(const RecordSummary& summary, const std::string& file) {
-  return fmt::format("{} records ({} bytes, {:.6g} s) in {}, {}", grouped(summary.records),
-                     grouped(summary.bytes), summary.seconds, file,
-                     lost_in_words(summary.lost_tags, summary.uncounted_losses));
+  std::string text = fmt::format("{} records ({} bytes, {:.6g} s) in {}, {}",
+                                 grouped(summary.records), grouped(summary.bytes), summary.seconds,
+                                 file, lost_in_words(summary.lost_tags, summary.uncounted_losses));
+  if (summary.strays > 0) text += "; " + grouped(summary.strays) + strays_in_words;
+  return text;
 }
 
 }  // namespace splid::recording

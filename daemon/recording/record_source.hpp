@@ -18,7 +18,8 @@ struct RecordSummary {
   std::uint64_t lost_tags = 0;         // known count; includes tags that no record can hold
   std::uint64_t uncounted_losses = 0;  // whose count nobody knows
   std::uint64_t bytes = 0;
-  double seconds = 0;  // of the tagger's clock, first tag to last
+  double seconds = 0;        // of the tagger's clock, first tag to last
+  std::uint64_t strays = 0;  // of the lost tags, those that StrayTimes took out
 };
 
 // How much of a stream to record.

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "daemon/base/text.hpp"
+#include "daemon/recording/loss_words.hpp"
 #include "daemon/recording/recording_facts.hpp"
 
 namespace splid::recording {
@@ -206,6 +207,7 @@ std::string Tap::summary() {
       fmt::format("{} recordings; {} tags lost to the disk", grouped(writer_.files()),
                   grouped(writer_.lost_tags() + dropping_.dropped_tags() + not_awaited_));
   if (writer_.rejected() > 0) text += "; " + grouped(writer_.rejected()) + " tags fit no record";
+  if (writer_.strays() > 0) text += "; " + grouped(writer_.strays()) + strays_in_words;
   if (!frames_) return text;
   put_frames();
   frames_->finish({}, patience_for_checksum);

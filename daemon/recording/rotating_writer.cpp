@@ -39,7 +39,9 @@ RotatingWriter::RotatingWriter(Plan plan, const Clock& clock, OpenCounts open_co
       folder_(plan_.options.folder, bytes_of(plan_.options.max_folder_gib * 1024)),
       channels_(plan_.channels) {}
 
-void RotatingWriter::take(std::span<const Tag> tags) {
+void RotatingWriter::take(std::span<const Tag> tags) { record(stray_times_.sort_out(tags)); }
+
+void RotatingWriter::record(std::span<const Tag> tags) {
   while (!tags.empty()) {
     const std::size_t count = until_cut(tags);
     store(tags.first(count));
@@ -73,6 +75,7 @@ void RotatingWriter::flush() {
 }
 
 void RotatingWriter::close() {
+  record(stray_times_.finish());
   end_file();
   if (gap_.count == 0) return;
   say_(grouped(gap_.count) + " tags are in no recording");

@@ -13,6 +13,7 @@
 #include "daemon/recording/encoder_log.hpp"
 #include "daemon/recording/ptu_writer.hpp"
 #include "daemon/recording/recording_folder.hpp"
+#include "daemon/recording/stray_times.hpp"
 #include "daemon/stream/channel_map.hpp"
 #include "daemon/stream/device_clock.hpp"
 #include "drivers/source.hpp"
@@ -32,7 +33,7 @@ struct Plan {
 // file begins when the current file has reached RecordOptions' size or length, and when the
 // tagger's clock was set anew. The last tag of a file and the first tag of the next file are
 // neighbours in the stream. A loss that is open at the end of a file is open at the beginning of
-// the next file.
+// the next file. A single tag far ahead of all others is not written but counted: see StrayTimes.
 //
 // When a file cannot be made or written, or was removed meanwhile, the writer tries again every 5
 // s, but only once the disk has 4 MiB of room. The tags that come meanwhile are lost and counted,
@@ -69,6 +70,8 @@ class RotatingWriter {
   [[nodiscard]] std::uint64_t lost_tags() const { return lost_tags_; }
   // Tags of the files that have ended that no record could hold; among the losses of these files.
   [[nodiscard]] std::uint64_t rejected() const { return rejected_; }
+  // Single tags far ahead of all others; among the losses of the files.
+  [[nodiscard]] std::uint64_t strays() const { return stray_times_.strays(); }
 
  private:
   // The tags lost since the end of the last file.
@@ -77,6 +80,7 @@ class RotatingWriter {
     bool unknown = false;  // more tags than `count` are lost, nobody knows how many
   };
 
+  void record(std::span<const Tag> tags);
   [[nodiscard]] std::size_t until_cut(std::span<const Tag> tags) const;
   [[nodiscard]] std::int64_t end_of_file(std::int64_t first_ps) const;
   void follow_losses(std::span<const Tag> tags);
@@ -96,6 +100,7 @@ class RotatingWriter {
   std::function<void(const std::string&)> say_;
   Folder folder_;
   ChannelMap channels_;
+  StrayTimes stray_times_;
 
   std::string file_;
   std::optional<PtuWriter> writer_;  // absent while no file is being written

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "drivers/replay/recording_info.hpp"
+#include "drivers/replay/replay.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/error_text.hpp"
@@ -27,6 +28,7 @@
 #include "tests/support/read_back.hpp"
 #include "tests/support/scripted_source.hpp"
 #include "tests/support/temp_folder.hpp"
+#include "tests/support/vector_sink.hpp"
 
 namespace splid::recording {
 namespace {
@@ -126,6 +128,47 @@ TEST(RecordingTap, ItsFilesGiveTheSameFramesAgain) {
   const Measured alone = measure(config, std::make_unique<ScriptedSource>(first, info));
   ASSERT_GE(alone.json.size(), 9u);
   for (std::size_t i = 0; i < 9; ++i) EXPECT_EQ(alone.json[i], live.json[i]) << i;
+}
+
+// The framer loses the same tag, and finds it among the recording's losses again, as one without an
+// interval, which costs its frame 1 ps.
+TEST(RecordingTap, AStrayTimeGivesTheSameFramesAgain) {
+  const splid::test::TempFolder folder;
+  Config config = scene_config(1.2);
+  config.record.folder = folder.path("r");
+  (void)measure(config, open_scene(config));
+  std::vector<Tag> tags = read_back(recordings_in(folder.path("r")).at(0));
+  const Tag in_the_midst = tags[tags.size() / 2];
+  tags.insert(tags.begin() + static_cast<std::ptrdiff_t>(tags.size() / 2),
+              photon_tag(in_the_midst.time_ps + 3'600'000'000'000'000, 1));
+  config.record.folder = folder.path("s");
+  const SourceInfo info{"script", false, {}};
+  const Measured live = measure(config, std::make_unique<ScriptedSource>(tags, info));
+  EXPECT_THAT(live.recorded,
+              HasSubstr("0 tags lost to the disk; 1 tags had a time far ahead of all others"));
+  ReplayOptions replay;
+  replay.recording = recordings_in(folder.path("s")).at(0);
+  SourceContext context;
+  context.pattern = &config.pattern;
+  test::VectorSink sink;
+  replay.open(context)->run(sink, {});
+  config.record.folder.clear();
+  const Measured again = measure(config, std::make_unique<ScriptedSource>(sink.tags, info));
+  EXPECT_EQ(live.tags.late, 1U);
+  EXPECT_EQ(again.tags.late, 0U);
+  EXPECT_EQ(again.tags.reported, 1U);
+  ASSERT_EQ(again.json.size(), live.json.size());
+  std::size_t differ = 0;
+  for (std::size_t i = 0; i < live.json.size(); ++i) {
+    if (again.json[i] == live.json[i]) continue;
+    ++differ;
+    const FrameMessage once = frame_from_json(live.json[i] + "}");
+    const FrameMessage twice = frame_from_json(again.json[i] + "}");
+    EXPECT_EQ(twice.lost_tags, once.lost_tags);
+    EXPECT_NEAR(*twice.distance_m, *once.distance_m, 1e-9);
+    EXPECT_NEAR(*twice.seen_fraction, *once.seen_fraction, 1e-10);
+  }
+  EXPECT_LE(differ, 1U);
 }
 
 TEST(RecordingTap, KeepsTagsOfEveryInputThatTheConfigurationTakes) {

@@ -88,6 +88,25 @@ TEST_F(RotatingWriterTest, AClockNearItsRangesEndIsRecordedToo) {
   EXPECT_THAT(read_all(folder.path("r")), ElementsAreArray(tags));
 }
 
+// 3 s is within the file, 10,000 s is not.
+TEST_F(RotatingWriterTest, OneTagFarAheadCostsThatTagAlone) {
+  const std::vector<Tag> tags = steady_tags(writer_epoch_ps, 1000);
+  for (const std::int64_t ahead_s : {3, 10'000}) {
+    std::vector<Tag> with_stray = tags;
+    with_stray.insert(with_stray.begin() + 500,
+                      photon_tag(writer_epoch_ps + ahead_s * stream_second_ps, 1));
+    const std::string path = folder.path(std::to_string(ahead_s));
+    RotatingWriter recorder = recorder_in(path);
+    recorder.take(with_stray);
+    recorder.close();
+    EXPECT_THAT(read_all(path), ElementsAreArray(tags));
+    EXPECT_EQ(recordings_in(path).size(), 1U);
+    EXPECT_EQ(told_lost(path), 1U);
+    EXPECT_EQ(recorder.strays(), 1U);
+    EXPECT_EQ(recorder.rejected(), 0U);
+  }
+}
+
 TEST_F(RotatingWriterTest, FilesOfOneLengthFollowEachOtherWithoutAGap) {
   config.record.max_file_s = 0.1;
   std::vector<Tag> tags = steady_tags(writer_epoch_ps, 250'000);
