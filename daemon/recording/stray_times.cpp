@@ -12,6 +12,8 @@ namespace {
 // of it waits. A stray time that is less far ahead costs the recording less than 1 s of tags.
 constexpr std::int64_t longest_step_ps = 1'000'000'000'000;
 
+constexpr int backward_tags = 16;  // as the framer has it
+
 }  // namespace
 
 std::span<const Tag> StrayTimes::sort_out(std::span<const Tag> tags) {
@@ -37,6 +39,7 @@ std::size_t StrayTimes::steady(std::span<const Tag> tags) {
     if (ahead > 2 * reach || tag.kind == TagKind::clock_break) break;
     newest_ps = std::max(newest_ps, tag.time_ps);
   }
+  if (count > 0) backward_run_ = 0;
   newest_ps_ = newest_ps;
   return count;
 }
@@ -52,20 +55,30 @@ std::span<const Tag> StrayTimes::finish() {
 bool StrayTimes::follows(const Tag& tag) {
   if (waiting_ || tag.kind == TagKind::clock_break) return false;
   const std::int64_t newest_ps = newest_ps_.value_or(tag.time_ps);
+  const std::int64_t step_ps = saturated_difference(tag.time_ps, newest_ps);
   const bool may_be_stray = is_event(tag.kind) || tag.kind == TagKind::heartbeat;
-  if (may_be_stray && saturated_difference(tag.time_ps, newest_ps) > longest_step_ps) return false;
+  if (step_ps < -longest_step_ps || (may_be_stray && step_ps > longest_step_ps)) return false;
   newest_ps_ = std::max(newest_ps, tag.time_ps);
+  backward_run_ = 0;
   return true;
 }
 
 void StrayTimes::take(const Tag& tag) {
   settle(tag);
-  if (tag.kind == TagKind::clock_break) newest_ps_.reset();
-  if (tag.kind == TagKind::clock_break || follows(tag)) {
-    kept_.push_back(tag);
-  } else {
-    waiting_ = tag;
+  if (tag.kind == TagKind::clock_break) {
+    newest_ps_.reset();
+  } else if (!follows(tag)) {
+    if (tag.time_ps > *newest_ps_) {
+      waiting_ = tag;
+      return;
+    }
+    if (++backward_run_ == backward_tags) {
+      kept_.push_back({tag.time_ps, 0, TagKind::clock_break, {}});
+      newest_ps_ = tag.time_ps;
+      backward_run_ = 0;
+    }
   }
+  kept_.push_back(tag);
 }
 
 // Decides on the tag that waits. Before a clock_break it may be right, and harms no tag. The framer

@@ -18,7 +18,11 @@ namespace splid::recording {
 // are right. If not, a `missed` tag takes the place of the tag that waited. The framer judges such
 // a tag in the same way, so live frames and a replay agree. Other tags are believed.
 //
-// Threads: one. Errors: none. Allocates only where a tag has to wait.
+// 16 tags in a row that are more than 1 s behind the newest tag before them mean that the tagger's
+// clock was set back. The first 15 of them come too late for the recording; a clock_break goes
+// before the 16th.
+//
+// Threads: one. Errors: none. Allocates only where a tag has to wait or is behind.
 class StrayTimes {
  public:
   // Returns the tags to record, in order; valid until the next call.
@@ -38,6 +42,7 @@ class StrayTimes {
   std::optional<std::int64_t> newest_ps_;  // absent: no tag yet, since the clock was set anew
   std::optional<Tag> waiting_;
   std::vector<Tag> kept_;
+  int backward_run_ = 0;  // tags in a row that are behind
   std::uint64_t strays_ = 0;
 };
 

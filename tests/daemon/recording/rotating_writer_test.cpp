@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -105,6 +106,20 @@ TEST_F(RotatingWriterTest, OneTagFarAheadCostsThatTagAlone) {
     EXPECT_EQ(recorder.strays(), 1U);
     EXPECT_EQ(recorder.rejected(), 0U);
   }
+}
+
+TEST_F(RotatingWriterTest, AClockThatIsSetBackWithoutAWordCostsFifteenTags) {
+  const std::vector<Tag> before = steady_tags(writer_epoch_ps, 500);
+  const std::vector<Tag> after = steady_tags(writer_epoch_ps - 60 * stream_second_ps, 500);
+  RotatingWriter recorder = recorder_in(folder.path("r"));
+  recorder.take(before);
+  recorder.take(after);
+  recorder.close();
+  const std::vector<std::string> files = recordings_in(folder.path("r"));
+  ASSERT_EQ(files.size(), 2U);
+  EXPECT_THAT(read_back(files[0]), ElementsAreArray(before));
+  EXPECT_THAT(read_back(files[1]), ElementsAreArray(std::span(after).subspan(15)));
+  EXPECT_EQ(recorder.rejected(), 15U);
 }
 
 TEST_F(RotatingWriterTest, FilesOfOneLengthFollowEachOtherWithoutAGap) {

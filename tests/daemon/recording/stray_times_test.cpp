@@ -92,6 +92,25 @@ TEST(StrayTimes, TwoStraysThatDoNotAgreeAreMissed) {
               2);
 }
 
+// As after two stray times that agree, and where an instrument does not tell that its clock was
+// set.
+TEST(StrayTimes, SixteenTagsFarBehindAreAClockThatWasSetBack) {
+  std::vector<Tag> tags = {photon_tag(10, 1), photon_tag(5 * second_ps, 1),
+                           photon_tag(5 * second_ps + 1, 1)};
+  for (std::int64_t i = 0; i < 20; ++i) tags.push_back(photon_tag(20 + i, 1));
+  std::vector<Tag> expected = tags;
+  expected.insert(expected.begin() + 3 + 15, {35, 0, TagKind::clock_break, {}});
+  expect_kept(tags, expected, 0);
+}
+
+TEST(StrayTimes, FewTagsFarBehindAreOnlyLate) {
+  std::vector<Tag> tags;
+  for (std::int64_t i = 0; i < 100; ++i) {
+    tags.push_back(photon_tag((i % 16 == 0 ? 5 : 1) * second_ps + i, 1));
+  }
+  expect_kept(tags, tags, 0);
+}
+
 // `splid record`: neither the rest of the file nor the time that was asked for is lost.
 TEST(RecordSource, OneTagFarAheadCostsThatTagAlone) {
   const splid::test::TempFolder folder;
