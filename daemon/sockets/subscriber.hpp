@@ -15,7 +15,8 @@ namespace splid::sockets {
 //
 // Threads: one. Errors: the constructor throws Error(Fault::usage) for an endpoint that ZeroMQ
 // cannot read. Connecting never fails: it is tried again until a daemon answers and, once a second,
-// until the daemon lets this subscriber in.
+// until the daemon lets this subscriber in. A daemon that gives no sign of life for 6 to 8 s is
+// connected to again.
 class Subscriber {
  public:
   struct Message {

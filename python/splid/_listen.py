@@ -72,6 +72,10 @@ def _connect(socket: "zmq.Socket[bytes]", endpoint: str, topics: Sequence[str],
     import zmq
 
     socket.set(zmq.RECONNECT_IVL, 100)
+    # As in daemon/sockets/subscriber.cpp: a machine that has lost its power closes no connection.
+    socket.set(zmq.HEARTBEAT_IVL, 2000)
+    socket.set(zmq.HEARTBEAT_TIMEOUT, 6000)
+    socket.set(zmq.CONNECT_TIMEOUT, 5000)
     socket.set(zmq.RCVHWM, 20_000)  # a replay at full speed sends thousands of messages a second
     socket.set(zmq.IPV6, "[" in endpoint)
     if (key is None) != (server_key is None):
