@@ -69,11 +69,19 @@ std::optional<FineTime> SignalStream::arrival(const FineTime& emitted) const {
 // several detections.
 void SignalStream::next_photon() {
   accumulated_ += random_.exponential() / options_.signal_per_pulse;
+  is_placed_ = false;
+}
+
+// Places the next photon; returns whether it did. The periods before the photon are passed one by
+// one, up to end_ps and no further: the next photon of a very dim target may be years away.
+bool SignalStream::place_photon(std::int64_t end_ps) {
   while (accumulated_ >= schedule_.amplitude()) {
+    if (clock_.period_start().ps >= end_ps) return false;
     accumulated_ -= schedule_.amplitude();
     clock_.next_period();
     pulse_time_ps_ = -1;
   }
+  if (std::exchange(is_placed_, true)) return true;
   const double pulse_time_ps = schedule_.pulse_time_ps(accumulated_);
   if (pulse_time_ps != pulse_time_ps_ && options_.emission_jitter_ps > 0) {
     pulse_jitter_ps_ = options_.emission_jitter_ps * random_.normal();
@@ -81,6 +89,7 @@ void SignalStream::next_photon() {
   pulse_time_ps_ = pulse_time_ps;
   emitted_ = clock_.at(pulse_time_ps).after(pulse_jitter_ps_);
   arrival_ = scanner_ ? arrival_in_scan() : arrival(emitted_);
+  return true;
 }
 
 // The stream is that of the brightest pixel. Of the light to another pixel the same share comes
@@ -121,9 +130,12 @@ void SignalStream::fill(std::int64_t until_ps) {
   const double early_ps =
       Random::largest_normal * (options_.sigma_ps + options_.emission_jitter_ps) + 1;
   const FineTime settled = FineTime{until_ps, 0}.after(early_ps);
+  // Light of later periods comes in after `settled`, even where cables delay the sync more.
+  const FineTime end = settled.after(early_ps + std::max(0.0, -options_.electronic_delay_ns * 1e3));
   // Photons that meet no target are passed over, in the order of their emission. Those of a scan
   // may overtake each other where the scanner turns from a far pixel to a near one.
-  while ((arrival_ && !scanner_ ? arrival_->ps : emitted_.ps) < settled.ps) {
+  while (place_photon(end.ps) &&
+         (arrival_ && !scanner_ ? arrival_->ps : emitted_.ps) < settled.ps) {
     detect();
     next_photon();
   }

@@ -54,6 +54,7 @@ class SignalStream {
   }
   void start_in_steady_state();
   void next_photon();
+  bool place_photon(std::int64_t end_ps);
   [[nodiscard]] std::optional<FineTime> arrival_in_scan();
   void detect();
   [[nodiscard]] double behind_m(const FineTime& arrival);
@@ -69,6 +70,7 @@ class SignalStream {
   Random random_;
   PendingTimes pending_;
   double accumulated_ = 0;     // amplitude since the period's start, at the next photon
+  bool is_placed_ = false;     // the next photon, in its pulse
   double pulse_time_ps_ = -1;  // of the next photon's pulse, since the period's start
   double pulse_jitter_ps_ = 0;
   FineTime emitted_;

@@ -260,5 +260,41 @@ TEST(SignalStream, NoLightFromBehindTheLidar) {
   EXPECT_NEAR(static_cast<double>(times.back()), 30e9, 1e8);
 }
 
+// The next photon may be years away: neither the start nor a slice of 1 ms waits for it.
+TEST(SignalStream, AVeryDimTargetSendsNothingAndTakesNoLonger) {
+  for (const double signal_per_pulse : {1e-12, 1e-15, 1e-300}) {
+    SignalStream stream(paper_pattern(), exact(signal_per_pulse), {}, TargetPath(linear(150)), 1);
+    for (std::int64_t to_ps = 0; to_ps <= 10'000'000'000; to_ps += 1'000'000'000) {
+      stream.fill(to_ps);
+      EXPECT_EQ(stream.pending().front(), PendingTimes::none);
+    }
+  }
+}
+
+// A photon is the same in whatever steps the stream comes to it, also where the signal's cable is
+// much shorter than the sync's.
+TEST(SignalStream, ADimTargetsPhotonsDoNotDependOnTheSteps) {
+  for (const double delay_ns : {0.0, 1e6, -1e6}) {
+    DetectionOptions dim;
+    dim.signal_per_pulse = 1e-6;  // 10 photons a second
+    dim.emission_jitter_ps = 50;
+    dim.electronic_delay_ns = delay_ns;
+    const auto all_ps = [&](std::int64_t step_ps) {
+      SignalStream stream(paper_pattern(), dim, {}, TargetPath(linear(150)), 7);
+      std::vector<std::int64_t> times_ps;
+      for (std::int64_t to_ps = step_ps; to_ps <= 10'000'000'000'000; to_ps += step_ps) {
+        stream.fill(to_ps);
+        for (; stream.pending().front() < to_ps; stream.pending().pop()) {
+          times_ps.push_back(stream.pending().front());
+        }
+      }
+      return times_ps;
+    };
+    const std::vector<std::int64_t> at_once = all_ps(10'000'000'000'000);
+    EXPECT_NEAR(static_cast<double>(at_once.size()), 106, 40);
+    EXPECT_EQ(all_ps(1'000'000'000), at_once);
+  }
+}
+
 }  // namespace
 }  // namespace splid::simulator
