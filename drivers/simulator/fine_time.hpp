@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 namespace splid::simulator {
 
@@ -24,6 +25,16 @@ struct FineTime {
     whole_ps -= static_cast<double>(whole_ps) > fraction_ps ? 1 : 0;
     ps += whole_ps;
     fraction_ps -= static_cast<double>(whole_ps);
+  }
+
+  // A step of any length: the wait for a rare event may be longer than any stream.
+  void advance_far(double by_ps) {
+    constexpr double after_all_streams_ps = 9.2233e18;
+    if (static_cast<double>(ps) + by_ps < after_all_streams_ps) {
+      advance(by_ps);
+    } else {
+      *this = {std::numeric_limits<std::int64_t>::max(), 0};
+    }
   }
 
   [[nodiscard]] FineTime after(double by_ps) const {

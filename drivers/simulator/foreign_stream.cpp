@@ -30,7 +30,7 @@ void ForeignStream::next_photon() {
   since_pulse_ += random_.exponential();
   const double pulses = std::floor(since_pulse_ / counts_per_pulse_);
   since_pulse_ -= pulses * counts_per_pulse_;
-  pulse_.advance(pulses * period_ps_);
+  pulse_.advance_far(pulses * period_ps_);
 }
 
 void ForeignStream::fill(std::int64_t until_ps) {

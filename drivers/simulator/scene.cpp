@@ -138,7 +138,7 @@ std::int64_t Scene::next_marker_ps() const {
 bool Scene::put_marker(TagWriter& out) {
   const std::int64_t encoder_ps = marker_.rounded_ps();
   if (encoder_ps == next_marker_ps()) {
-    marker_.advance(marker_gap_ps_);
+    marker_.advance_far(marker_gap_ps_);
     return out.put(marker_tag(start_ps_ + encoder_ps, 1));
   }
   const Scanner::Marker marker = scanner_->next_marker();
@@ -187,6 +187,8 @@ PendingTimes& Scene::next_signal() {
   return foreign_.pending().front() < next->front() ? foreign_.pending() : *next;
 }
 
-void Scene::next_background() { background_.advance(background_gap_ps_ * random_.exponential()); }
+void Scene::next_background() {
+  background_.advance_far(background_gap_ps_ * random_.exponential());
+}
 
 }  // namespace splid::simulator

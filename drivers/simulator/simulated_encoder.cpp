@@ -23,7 +23,7 @@ bool Encoder::next(EncoderBatch& batch) {
   for (std::int64_t i = 0; i < batch_counts; ++i) {
     const double distance_m = motion_.at(time_.seconds()).distance_m;
     batch.counts.push_back(std::llround((distance_m - options_.offset_m) / options_.m_per_count));
-    time_.advance(gap_ps_);
+    time_.advance_far(gap_ps_);
   }
   index_ += batch_counts;
   return true;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <limits>
+
 namespace splid::simulator {
 namespace {
 
@@ -18,6 +21,21 @@ TEST(FineTime, GoesBackwards) {
   EXPECT_DOUBLE_EQ(time.fraction_ps, 0.75);
   EXPECT_EQ(time.rounded_ps(), -10);
   EXPECT_EQ((FineTime{3, 0}).after(-3).ps, 0);
+}
+
+TEST(FineTime, AStepBeyondAllStreamsLeadsToTheEndOfTime) {
+  constexpr std::int64_t end_ps = std::numeric_limits<std::int64_t>::max();
+  for (const double step_ps : {9e18, 1e19, std::numeric_limits<double>::infinity()}) {
+    FineTime time{1'000'000'000'000'000'000, 0.5};
+    time.advance_far(step_ps);
+    EXPECT_EQ(time.rounded_ps(), end_ps);
+    time.advance_far(1);
+    EXPECT_EQ(time.rounded_ps(), end_ps);
+  }
+  FineTime time{1, 0.5};
+  time.advance_far(2.25);
+  EXPECT_EQ(time.ps, 3);
+  EXPECT_DOUBLE_EQ(time.fraction_ps, 0.75);
 }
 
 TEST(FineTime, RoundsToTheNearest) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <stop_token>
 #include <vector>
 
@@ -49,6 +50,23 @@ TEST(Simulator, LiveSendsHeartbeatsAndStopsWhenAsked) {
                                               20'000'000'000}));
   // No more than one slice of 1 ms after the request.
   EXPECT_LE(sink.tags.back().time_ps, 21'000'000'000);
+}
+
+// Nothing of a scene comes more often than once in a year.
+TEST(Simulator, WhatHardlyEverComesDoesNotComeNow) {
+  for (const double rate : {1e-8, 1e-12, 1e-300}) {
+    Options options = test::noiseless_scene();
+    options.detection.signal_per_pulse = rate * 1e-7;
+    options.ambient_per_s = rate;
+    options.foreign.counts_per_s = rate;
+    options.foreign.frequency_hz = 1e6;
+    options.encoder_rate_hz = rate;
+    options.encoder_start_s = 0;
+    const std::vector<Tag> tags = test::simulate(options, paper_pattern());
+    EXPECT_EQ(times_ps(tags, TagKind::photon).size(), 0U) << rate;
+    EXPECT_EQ(times_ps(tags, TagKind::marker), std::vector<std::int64_t>{0}) << rate;
+    EXPECT_EQ(times_ps(tags, TagKind::sync).size(), 13'228U) << rate;
+  }
 }
 
 TEST(Simulator, EndsWithAHeartbeatAtItsLength) {
