@@ -174,10 +174,17 @@ bool Measuring::pause(const std::string& reason, const std::stop_token& stop) {
   return !waited;
 }
 
-// Estimators may take seconds to make, in which a stream may end and another begin.
+// Estimators may take seconds to make, in which a stream may end and another begin. While there is
+// no stream they are only tried, so that a configuration that they refuse does not keep the next
+// stream from beginning.
 void Measuring::reload(const Config& given, const std::stop_token& stop) {
   Config next = with_live(config_, given);
   std::unique_lock lock(mutex_);
+  if (!stream_) {
+    lock.unlock();
+    asked_by(next.file, [&] { check_stream(stream_options(next)); });
+    lock.lock();
+  }
   NewEstimators made;
   for (std::uint64_t of_stream = 0; stream_ && of_stream != streams_;) {
     of_stream = streams_;

@@ -45,8 +45,9 @@ class Measuring {
   // Error(Fault::usage) after a stop request.
   bool pause(const std::string& reason, const std::stop_token& stop);
 
-  // Frames from now on follow what is live (reload.hpp) of this configuration. Errors: those of
-  // Stream::Make, which a stop request ends.
+  // Frames from now on follow what is live (reload.hpp) of this configuration, those of the next
+  // stream where there is none. Errors: those of Stream::Make, which a stop request ends; all goes
+  // on as before then.
   void reload(const Config& given, const std::stop_token& stop);
 
   // Records what is measured from now on, in this stream and the next; returns false where a

@@ -17,6 +17,7 @@
 #include "protocol/error.hpp"
 #include "protocol/scene_json.hpp"
 #include "tests/support/daemon_scene.hpp"
+#include "tests/support/error_text.hpp"
 #include "tests/support/field_scene.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/scripted_source.hpp"
@@ -134,6 +135,22 @@ TEST_F(MeasuringTest, ASourceThatDoesNotOpenIsToldToWhoAskedAndIsTriedWhenAskedA
   unplugged = false;
   EXPECT_TRUE(measuring.start(stop.get_token()));
   EXPECT_TRUE(comes_true([&] { return frames >= 5; }));
+}
+
+// As while it measures: what the estimator refuses is told to who asked, and is not in use later.
+TEST_F(MeasuringTest, AReloadThatIsRefusedDuringAPauseKeepsNoStreamFromBeginning) {
+  run();
+  ASSERT_TRUE(comes_true([&] { return frames >= 2; }));
+  EXPECT_TRUE(measuring.pause("the laser is off", stop.get_token()));
+  Config next = scene_config(0);
+  next.estimator.method = Method::paper;
+  next.scene.targets = 2;
+  EXPECT_THAT(test::error_text([&] { measuring.reload(next, {}); }),
+              HasSubstr("scene.json: /estimator/method: is \"paper\", but scene.targets is 2"));
+  EXPECT_TRUE(measuring.start(stop.get_token()));
+  EXPECT_TRUE(comes_true([&] { return frames >= 5; }));
+  EXPECT_THAT(test::error_text([&] { measuring.reload(next, {}); }),
+              HasSubstr("/estimator/method"));
 }
 
 class MeasuringPixelsTest : public MeasuringTest {
