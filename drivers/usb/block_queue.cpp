@@ -22,6 +22,7 @@ bool BlockQueue::push(std::span<const std::byte> bytes) {
   const std::uint64_t needed = rounded(sizeof(Header) + bytes.size());
   const std::uint64_t skipped = needed > to_end ? to_end : 0;
   if (skipped + needed > room) {
+    drops_.store(drops_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
     cut();
     return false;
   }

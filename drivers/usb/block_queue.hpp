@@ -38,6 +38,9 @@ class BlockQueue {
   // A consumer that reads this count, and then finds the queue empty, has taken all bytes before
   // the last of these cuts.
   [[nodiscard]] std::uint32_t cuts() const { return cuts_.load(std::memory_order_acquire); }
+  // How many of the cuts are blocks that there was no room for. Whoever has seen a cut sees it
+  // here.
+  [[nodiscard]] std::uint32_t drops() const { return drops_.load(std::memory_order_relaxed); }
 
  private:
   struct Header {
@@ -54,6 +57,7 @@ class BlockQueue {
   std::unique_ptr<std::byte[]> ring_;
   alignas(cache_line) std::atomic<std::uint64_t> written_{0};  // producer writes
   std::atomic<std::uint32_t> cuts_{0};                         // producer writes
+  std::atomic<std::uint32_t> drops_{0};                        // producer writes
   alignas(cache_line) std::atomic<std::uint64_t> read_{0};     // consumer writes
   std::uint64_t next_ = 0;                                     // consumer only: after the front
 };

@@ -43,7 +43,8 @@ Session::Session(Device& device, Instrument& instrument, BulkStream& stream, Blo
       report_(std::move(report)),
       look_around_(std::move(look_around)),
       cuts_(queue.cuts()),
-      reported_cuts_(cuts_) {}
+      reported_cuts_(cuts_),
+      reported_drops_(queue.drops()) {}
 
 void Session::run(std::size_t transfers, TagSink& sink, const std::stop_token& stop) {
   // Blocks of the session before belong to an instrument that is gone.
@@ -141,13 +142,25 @@ void Session::report_failures() {
   // A stall is reported when its endpoint is cleared, and may have cost no tag.
   const std::uint32_t stalls = stream_.stalls() - reported_stalls_;
   const std::uint32_t cuts = cuts_ - reported_cuts_;
-  const std::uint32_t count = cuts - std::min(cuts, stalls);
+  const std::uint32_t losses = cuts - std::min(cuts, stalls);
+  // More may have been dropped behind the bytes that are decoded by now.
+  const std::uint32_t drops = std::min(losses, queue_.drops() - reported_drops_);
+  const std::uint32_t failures = losses - drops;
   reported_cuts_ = cuts_;
   reported_stalls_ += stalls;
-  if (count == 0) return;
+  reported_drops_ += drops;
+  if (losses == 0) return;
   next_report_ = Clock::now() + between_reports;
-  report_(DeviceState::connected, device_.name() + ": tags were lost in " + std::to_string(count) +
-                                      " transfers; the last failure was " + stream_.last_failure());
+  std::string told;
+  if (drops > 0) {
+    told =
+        "this machine decodes too slowly, and " + std::to_string(drops) + " transfers were dropped";
+  }
+  if (failures > 0) {
+    told += (told.empty() ? "" : "; ") + ("tags were lost in " + std::to_string(failures)) +
+            " transfers; the last failure was " + stream_.last_failure();
+  }
+  report_(DeviceState::connected, device_.name() + ": " + told);
 }
 
 void Session::look_around() {

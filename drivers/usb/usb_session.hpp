@@ -59,6 +59,7 @@ class Session {
   std::size_t transfers_ = 0;  // in flight
   std::uint32_t cuts_ = 0;     // the queue's cuts that the instrument was told of
   std::uint32_t reported_cuts_ = 0;
+  std::uint32_t reported_drops_ = 0;
   std::uint32_t reported_stalls_ = 0;
   Clock::time_point next_report_;  // when failed transfers may be reported again
   Clock::time_point next_look_;    // when look_around_ is due

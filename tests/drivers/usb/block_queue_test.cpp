@@ -41,6 +41,7 @@ TEST(BlockQueue, WhatDoesNotFitIsACut) {
   queue.cut();
   EXPECT_EQ(queue.front()->cuts, 1U);
   EXPECT_EQ(queue.cuts(), 2U);
+  EXPECT_EQ(queue.drops(), 1U);
 }
 
 // Two threads; the content shows each block whole and each lost one as a cut.

@@ -443,7 +443,10 @@ TEST_F(UsbSourceOnDouble, WhatTheQueueCannotHoldIsALoss) {
   run.block(false);
   EXPECT_TRUE(comes_true([&] { return run.count(TagKind::loss_end) > 0; }));
   EXPECT_TRUE(goes_on(run));
+  EXPECT_TRUE(
+      comes_true([&] { return run.said(DeviceState::connected, "decodes too slowly, and "); }));
   run.stop();
+  EXPECT_FALSE(run.said(DeviceState::connected, "the last failure"));
   EXPECT_EQ(run.count(TagKind::loss_begin), run.count(TagKind::loss_end));
 }
 
