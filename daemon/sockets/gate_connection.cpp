@@ -63,7 +63,9 @@ bool GateConnection::inspect_up(std::span<const std::byte> bytes) {
   }
   frames_up_ += bodies_.size();
   offence_ = is_zmtp ? offence_of(bodies_) : Offence::other_protocol;
-  if (curve_ && !may_ask_ && frames_up_ >= handshake_frames_) up.hold(true);
+  // A peer that stops within this frame must not hold up the check of the others' keys.
+  const std::size_t whole_frames = frames_up_ - (framing_up_.body_left() > 0 ? 1 : 0);
+  if (curve_ && !may_ask_ && whole_frames >= handshake_frames_) up.hold(true);
   return offence_ == Offence::none;
 }
 

@@ -17,6 +17,9 @@ class ZmtpFraming {
   // as the frame's header is complete. Returns false, from then on, where the bytes are not ZMTP 3.
   bool take(std::span<const std::byte> bytes, std::vector<std::uint64_t>& bodies);
 
+  // How many bytes of the last frame's body have not come yet.
+  [[nodiscard]] std::uint64_t body_left() const { return body_left_; }
+
   // The security mechanism in the greeting, "NULL" or "CURVE"; empty before the greeting is
   // complete.
   [[nodiscard]] const std::string& mechanism() const { return mechanism_; }

@@ -2,7 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <memory>
 #include <mutex>
@@ -16,6 +19,7 @@
 #include "daemon/security/curve_socket.hpp"
 #include "daemon/security/server_security.hpp"
 #include "daemon/sockets/subscriber.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/local_connection.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/tcp_recorder.hpp"
@@ -321,6 +325,40 @@ TEST_F(Secured, ARepeatedHandshakeIsRefused) {
   EXPECT_THAT(answer, AllOf(HasSubstr("WELCOME"), Not(HasSubstr("READY"))));
   expect_refusals(before + 1);
   EXPECT_THAT(notices(), testing::ElementsAre(HasSubstr("a repetition of an old one")));
+}
+
+// The keys of two peers are never checked at once. Who has the server's public key can send all up
+// to a part of the frame that has its own key.
+TEST_F(Secured, WhoStopsWithinItsKeyHoldsUpNobodysCheck) {
+  std::vector<std::string> pieces;
+  {
+    const TcpRecorder recorder(port_of(publisher.endpoint()));
+    const auto overheard = connect(as(viewer), "tcp://" + recorder.address());
+    ASSERT_TRUE(hears(*overheard));
+    pieces = recorder.sent_by_client();
+  }
+  std::vector<std::unique_ptr<LocalConnection>> stopped;
+  for (int i = 0; i < 8; ++i) {
+    stopped.push_back(std::make_unique<LocalConnection>(port_of(publisher.endpoint())));
+    const LocalConnection& connection = *stopped.back();
+    const auto key = std::find_if(pieces.begin(), pieces.end(), [](const std::string& piece) {
+      return piece.find("INITIATE") != std::string::npos;
+    });
+    ASSERT_NE(key, pieces.end());
+    for (auto piece = pieces.begin(); piece != key; ++piece) connection.send(*piece);
+    std::string answer;
+    ASSERT_TRUE(test::eventually([&] {
+      answer += connection.receive(1);
+      return answer.find("WELCOME") != std::string::npos;
+    }));
+    connection.send(key->substr(0, 20));
+  }
+  const auto late = connect(as(viewer), publisher.endpoint());
+  EXPECT_TRUE(hears(*late));
+  // The viewer was let in before the others' 5 s for the handshake were over.
+  char byte = 0;
+  EXPECT_EQ(::recv(stopped.back()->socket(), &byte, 1, MSG_DONTWAIT), -1);
+  EXPECT_EQ(errno, EAGAIN);
 }
 
 TEST_F(Secured, GarbageAndHalfAGreetingHarmNobody) {
