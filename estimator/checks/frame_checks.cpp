@@ -10,7 +10,7 @@ namespace splid::checks {
 namespace {
 
 constexpr std::size_t most_stray = 4;
-constexpr double stray_ratio = 4;  // over the median of the pulses' photons
+constexpr int fewest_summed = 3, most_summed = 50;  // frames
 
 }  // namespace
 
@@ -51,7 +51,7 @@ std::optional<Finding> FrameChecks::take_stray_light(FoldedFrame& frame, const D
   const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
   std::nth_element(sorted_.begin(), middle, sorted_.end());
   const double usual = std::max(1.0, *middle);
-  const double most = stray_ratio * usual + sure_deviations_of_many * std::sqrt(usual);
+  const double most = usual + sure_deviations_of_many * std::sqrt(usual);
   std::array<double, most_stray> at_ns{};
   std::size_t stray = 0;
   double photons = 0, gain_nats = 0;
@@ -81,10 +81,9 @@ std::optional<Finding> FrameChecks::take_stray_light(FoldedFrame& frame, const D
 void FrameChecks::put_back(FoldedFrame& frame) { std::swap(cleaned_, frame); }
 
 const FoundList& FrameChecks::sum_up(const FoldedFrame& frame) {
-  constexpr double fewest = 3, most = 50;
   for (FindingSums& sums : sums_) sums.add(frame);
-  if (sums_.at(older_).frames() >= fewest) recent_ = sums_.at(older_).found();
-  if (sums_.at(1 - older_).frames() >= most) {
+  if (sums_.at(older_).frames() >= fewest_summed) recent_ = sums_.at(older_).found();
+  if (sums_.at(1 - older_).frames() >= most_summed) {
     older_ = 1 - older_;
     sums_.at(1 - older_).clear();
   }

@@ -6,9 +6,9 @@
 namespace splid::checks {
 namespace {
 
-constexpr double steps_a_width = 16;
+constexpr int steps_a_width = 16;
 // Pulses that are three times as wide as configured still end in the table.
-constexpr double least_reach_widths = 40;
+constexpr int least_reach_widths = 40;
 
 struct Cubic {
   double at_first, slope_first, at_last, slope_last;

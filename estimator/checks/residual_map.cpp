@@ -9,14 +9,12 @@
 namespace splid::checks {
 namespace {
 
-constexpr double map_steps_a_width = 2;
-constexpr double most_map_steps = 64;
+constexpr int map_steps_a_width = 2;
+constexpr int most_map_steps = 64;
 // Edges of cells, in steps from the peak on either side.
 constexpr std::size_t cell_edges[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, 15, 17, 22, 27, 32};
-constexpr double widths_a_phase = 8;  // of a phase bin
+constexpr int widths_a_phase = 8;  // of a phase bin
 constexpr std::size_t most_phases = 4096;
-constexpr double least_mask_ns = 1;  // detectors are no slower, whatever pulse is configured
-constexpr double most_masked = 0.75;
 constexpr std::size_t fewest_map_steps = 12;  // three widths on both sides
 
 }  // namespace
@@ -27,7 +25,7 @@ ResidualMap::ResidualMap(const PulseTrain& train, const PulseShape& shape, std::
       peak_ns_(shape.peak_offset_ns()),
       half_pulse_ns_(half_pulse_widths * shape.width_ns()) {
   const double most = std::floor(0.499 * train.closest_ns / step_ns_);
-  const auto steps = 2 * static_cast<std::size_t>(std::min(most, most_map_steps / 2));
+  const auto steps = 2 * static_cast<std::size_t>(std::min(most, most_map_steps / 2.0));
   if (steps < fewest_map_steps) return;
   steps_ = steps;
   first_ns_ = peak_ns_ - reach_ns();
@@ -67,8 +65,8 @@ void ResidualMap::add_phases(const PulseShape& shape) {
       most_phases, std::bit_floor(std::max<std::size_t>(2, static_cast<std::size_t>(wish))));
   const double bin_ns = comb.period_ns / static_cast<double>(bins);
   is_free_.assign(bins, 1);
-  const double before_ns = std::max({-shape.first_ns(), least_mask_ns, -first_ns_});
-  const double after_ns = std::max({shape.last_ns(), least_mask_ns, first_ns_ + 2 * reach_ns()});
+  const double before_ns = std::max(-shape.first_ns(), -first_ns_);
+  const double after_ns = std::max(shape.last_ns(), first_ns_ + 2 * reach_ns());
   for (const double time_ns : comb.times_ns) {
     const auto first = static_cast<std::int64_t>(std::floor((time_ns - before_ns) / bin_ns));
     const auto last = static_cast<std::int64_t>(std::floor((time_ns + after_ns) / bin_ns));
@@ -76,9 +74,6 @@ void ResidualMap::add_phases(const PulseShape& shape) {
       is_free_[static_cast<std::size_t>(bin) & (bins - 1)] = 0;  // a power of two: negative wraps
     }
   }
-  const auto masked = std::count(is_free_.begin(), is_free_.end(), std::uint8_t{0});
-  if (static_cast<double>(masked) > most_masked * static_cast<double>(bins))
-    return is_free_.clear();
   by_phase_.resize(bins);
   phase_shift_ = 32 - std::countr_zero(bins);
 }

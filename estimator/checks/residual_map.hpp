@@ -60,8 +60,8 @@ class ResidualMap {
   [[nodiscard]] double peak_ns() const { return peak_ns_; }
   // After which offset a pulse's first photons come.
   [[nodiscard]] double first_light_ns() const { return peak_ns_ - 2 * half_pulse_ns_; }
-  // Photons by phase, in bins of some eight widths, and which bins no pulse reaches (1). Empty
-  // where the pulses leave less than a quarter of the phases, and for trains of several segments.
+  // Photons by phase, in bins of some eight widths, and which bins no pulse reaches (1). Empty for
+  // trains of several segments.
   [[nodiscard]] std::span<const std::uint32_t> by_phase() const { return by_phase_; }
   [[nodiscard]] std::span<const std::uint8_t> is_free() const { return is_free_; }
 

@@ -5,15 +5,15 @@
 #include <cmath>
 #include <numeric>
 
+#include "estimator/fold/dead_intervals.hpp"
 #include "estimator/fold/kernel_choice.hpp"
-#include "estimator/model/units.hpp"
 
 namespace splid::checks {
 namespace {
 
 constexpr double least_part = 1e-6;  // of a part of the frame, so that logarithms exist
 constexpr double least_seen = 1e-3;  // of the light at any phase
-constexpr double bins_a_width = 2, most_bins = 1 << 16;
+constexpr int bins_a_width = 2, most_bins = 1 << 16;
 // A detector that comes back so often within a pulse sees another pulse.
 constexpr double most_back = 0.01;
 constexpr std::size_t most_pulses = 256;  // that the dead time of a cell is a mean over
@@ -46,7 +46,7 @@ SeenLightFinder::SeenLightFinder(const PulseTrain& train, const ResidualMap& map
   if (!(dead_time_ns > 0)) return;
   for (const PulseTrain::Segment& segment : train.segments) {
     const double bins =
-        std::clamp(segment.comb.period_ns * bins_a_width / width_ns, 2.0, most_bins);
+        std::clamp(segment.comb.period_ns * bins_a_width / width_ns, 2.0, double{most_bins});
     passed_.emplace_back(std::bit_ceil(static_cast<std::size_t>(bins)) + 1);
   }
   phases_32_.resize(max_photons);

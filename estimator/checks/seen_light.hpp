@@ -3,11 +3,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "estimator/checks/residual_map.hpp"
-#include "estimator/fold/dead_intervals.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/pulse_train.hpp"
 
