@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "estimator/selection/target_selection.hpp"
@@ -8,26 +7,18 @@
 namespace splid::selection {
 namespace {
 
-// Where combs meet.
-constexpr double same_walk_widths = 3, least_alike = 0.5;
 constexpr double no_signal = 1e-30;
 
 // The first targets of a maximum, whose covariance stays that of all.
 Maximum first_of(const Maximum& all, std::size_t count) {
+  const auto own = static_cast<Eigen::Index>(likelihood::width_place(count));
+  constexpr Eigen::Index others = 2;  // width and background
   Maximum first = all;
   first.model.count = count;
-  const auto size = static_cast<Eigen::Index>(likelihood::parameters_of(count));
-  const auto rates = static_cast<Eigen::Index>(likelihood::width_place(count));
-  const auto from = [&](Eigen::Index i) {
-    const auto width = static_cast<Eigen::Index>(likelihood::width_place(all.model.count));
-    return i < rates ? i : width + (i - rates);
-  };
-  first.covariance = SmallMatrix(size, size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    for (Eigen::Index j = 0; j < size; ++j) {
-      first.covariance(i, j) = all.covariance(from(i), from(j));
-    }
-  }
+  first.covariance = SmallMatrix(own + others, own + others);
+  first.covariance << all.covariance.topLeftCorner(own, own),
+      all.covariance.topRightCorner(own, others), all.covariance.bottomLeftCorner(others, own),
+      all.covariance.bottomRightCorner(others, others);
   return first;
 }
 
@@ -101,7 +92,7 @@ void TargetSelection::try_other_places() {
 
 void TargetSelection::try_places(const Maximum& found, std::size_t k, std::size_t m) {
   const Target &a = found.model.targets[k], &b = found.model.targets[m];
-  if (parting_widths(a.track, b.track) > same_walk_widths) return;
+  if (parting_widths(a.track, b.track) > closest_widths) return;
   const double less = std::min(a.signal_per_pulse, b.signal_per_pulse);
   const double more = std::max(a.signal_per_pulse, b.signal_per_pulse);
   const CombMeetings::Places places = search_.meetings().find(a.track.delay_ns, b.track.delay_ns);
@@ -115,7 +106,7 @@ void TargetSelection::try_places(const Maximum& found, std::size_t k, std::size_
     Model moved = found.model;
     moved.targets[a.signal_per_pulse < b.signal_per_pulse ? k : m] = at(delays_ns[n], less);
     try_model(moved, found, k, m);
-    for (std::size_t i = 0; i < n && less >= least_alike * more; ++i) {
+    for (std::size_t i = 0; i < n && less >= strong_side_lobe * more; ++i) {
       Model other = found.model;
       other.targets[k] = at(delays_ns[n], (less + more) / 2);
       other.targets[m] = at(delays_ns[i], (less + more) / 2);
@@ -139,27 +130,15 @@ void TargetSelection::try_model(const Model& other, const Maximum& found, std::s
 
 // What a target adds: the others keep their tracks.
 double TargetSelection::gain_of(std::size_t target) {
-  const Exposure& exposure = maximizer_.likelihood().exposure();
   Model without = all_.model;
   likelihood::FreeSet rates;
   rates.set(likelihood::background_place(without.count));
   for (std::size_t k = 0; k < without.count; ++k) {
     if (k != target) rates.set(likelihood::place_of(k, likelihood::signal));
   }
-  Target& own = without.targets[target];
-  double left = own.signal_per_pulse;  // light that no other target takes
-  for (std::size_t k = 0; k < without.count; ++k) {
-    if (k == target) continue;
-    const double apart = apart_widths(without.targets[k].track, own.track);
-    const double shared = std::min(left, own.signal_per_pulse * std::exp(-apart * apart / 4));
-    without.targets[k].signal_per_pulse += shared;
-    left -= shared;
-  }
-  without.background_per_ns += left * exposure.amplitude / exposure.seen_ns;
-  own.signal_per_pulse = no_signal;
+  without.targets[target].signal_per_pulse = no_signal;
   const Maximum rest = maximizer_.maximize(
-      without,
-      {rates, -std::numeric_limits<double>::infinity(), likelihood::Maximizer::compared_nats});
+      without, {.free = rates, .enough_nats = likelihood::Maximizer::compared_nats});
   return all_.gain_nats - rest.gain_nats;
 }
 
@@ -173,7 +152,7 @@ double TargetSelection::range_odds_nats(std::size_t target) {
     if (k == target) continue;
     const DelayTrack& other = all_.model.targets[k].track;
     lines_.push_back(other);
-    if (!pair_odds_nats_[target] || parting_widths(own.track, other) > same_walk_widths) continue;
+    if (!pair_odds_nats_[target] || parting_widths(own.track, other) > closest_widths) continue;
     const auto places = search_.meetings().find(own.track.delay_ns, other.delay_ns);
     for (const double delay_ns : places.delays_ns()) {
       lines_.push_back({delay_ns, own.track.walk_ns});
@@ -207,7 +186,7 @@ const TargetSearch::Search* TargetSelection::searched_about(std::size_t target) 
   for (std::size_t k = 0; k < all_.model.count; ++k) {
     const Maximum& seen = members_[k].search.fit;
     if (!(seen.gain_nats > most_nats)) continue;
-    if (apart_widths(seen.track(), own) > one_pulse_widths) continue;
+    if (apart_widths(seen.track(), own) > pulse_reach_widths) continue;
     most_nats = seen.gain_nats;
     best = &members_[k].search;
   }
@@ -216,8 +195,8 @@ const TargetSearch::Search* TargetSelection::searched_about(std::size_t target) 
 
 double TargetSelection::gain_by_moving_nats() {
   const Maximum moving = maximizer_.maximize(
-      all_.model, {likelihood::free_set(all_.model.count, 2, scope_.is_width_free),
-                   -std::numeric_limits<double>::infinity(), greedy_nats});
+      all_.model, {.free = likelihood::free_set(all_.model.count, 2, scope_.is_width_free),
+                   .enough_nats = likelihood::Maximizer::compared_nats});
   return moving.gain_nats - all_.gain_nats;
 }
 

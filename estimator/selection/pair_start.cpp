@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "estimator/selection/target_selection.hpp"
 #include "estimator/sync/in_quadrature.hpp"
@@ -20,7 +19,7 @@ Maximum TargetSelection::best_split(bool is_early) {
     if (is_early && maximizer_.judge(with, {}).gain_nats < all_.gain_nats + scope_.threshold_nats) {
       continue;
     }
-    const Maximum split = maximize(with, greedy_nats);
+    const Maximum split = maximize(with, likelihood::Maximizer::compared_nats);
     if (!split.has_covariance || (best.has_covariance && split.gain_nats < best.gain_nats))
       continue;
     best = split;
@@ -48,8 +47,8 @@ bool TargetSelection::is_plain_pair(const Maximum& pair) const {
 // spread the offsets o of photons, beyond the pulse's width and the background, to the moments
 //   <o o> = d d + t t / 12,   <o o s> = d t / 6,   <o o s s> - <o o> / 12 = t t / 180.
 std::optional<std::array<Target, 2>> TargetSelection::pair_about(std::size_t target) {
-  constexpr double reach_widths = 7, settled_widths = 0.25, least_widths = 0.6;
-  constexpr int most_rounds = 4;
+  constexpr double reach_widths = 7;
+  constexpr double least_widths = 0.6;
   const Model& known = all_.model;
   const double width_ns = shape_.width_ns() * std::exp(known.log_width);
   const double reach_ns = reach_widths * width_ns;
@@ -60,34 +59,28 @@ std::optional<std::array<Target, 2>> TargetSelection::pair_about(std::size_t tar
   const double S = one.signal_per_pulse;
   const double dark =
       known.background_per_ns * likelihood.exposure().seen_ns * train_.pulses_per_ns * 2 * reach_ns;
-  DelayTrack middle = one.track;
-  double square = 0, cross = 0, bow = 0;
-  for (int round = 0; round < most_rounds; ++round) {
-    const DelayTrack from = near.track;
-    double photons = -dark, o1 = 0, os = 0, oo = 0, oos = 0, ooss = 0;
-    for (std::size_t n = 0; n < near.photons(); ++n) {
-      for (std::size_t j = near.first[n]; j < near.first[n + 1]; ++j) {
-        const double s = near.position[j], w = near.weight[n];
-        const double o =
-            near.residual_ns[j] - (middle.at(s) - from.at(s)) - shape_.peak_offset_ns();
-        if (std::abs(o) > reach_ns) continue;
-        photons += w, o1 += w * o, os += w * o * s;
-        oo += w * o * o, oos += w * o * o * s, ooss += w * o * o * s * s;
-      }
+  double photons = -dark, o1 = 0, os = 0, oo = 0, oos = 0, ooss = 0;
+  for (std::size_t n = 0; n < near.photons(); ++n) {
+    for (std::size_t j = near.first[n]; j < near.first[n + 1]; ++j) {
+      const double s = near.position[j], w = near.weight[n];
+      const double o =
+          near.residual_ns[j] - (one.track.at(s) - near.track.at(s)) - shape_.peak_offset_ns();
+      if (std::abs(o) > reach_ns) continue;
+      photons += w, o1 += w * o, os += w * o * s;
+      oo += w * o * o, oos += w * o * o * s, ooss += w * o * o * s * s;
     }
-    photons = std::max(photons, 1.0);
-    const double off_ns = o1 / photons, turn_ns = terms_ > 1 ? 12 * os / photons : 0;
-    square = (oo - dark * reach_ns * reach_ns / 3) / photons - width_ns * width_ns -
-             off_ns * off_ns - turn_ns * turn_ns / 12;
-    cross = oos / photons - off_ns * turn_ns / 6;
-    bow = (ooss - oo / 12) / photons - turn_ns * turn_ns / 180;
-    middle.delay_ns += off_ns, middle.walk_ns += turn_ns;
-    if (std::abs(off_ns) + std::abs(turn_ns) / 2 < settled_widths * width_ns) break;
   }
+  photons = std::max(photons, 1.0);
+  const double off_ns = o1 / photons, turn_ns = terms_ > 1 ? 12 * os / photons : 0;
+  const double square = (oo - dark * reach_ns * reach_ns / 3) / photons - width_ns * width_ns -
+                        off_ns * off_ns - turn_ns * turn_ns / 12;
+  const double cross = oos / photons - off_ns * turn_ns / 6;
+  const double bow = (ooss - oo / 12) / photons - turn_ns * turn_ns / 180;
+  DelayTrack middle = one.track;
+  middle.delay_ns += off_ns, middle.walk_ns += turn_ns;
   const double t = terms_ > 1 ? std::sqrt(std::max(0.0, 180 * bow)) : 0;
-  double d = std::sqrt(std::max(0.0, square - t * t / 12));
+  const double d = std::sqrt(std::max(0.0, square - t * t / 12));
   if (in_quadrature(d, t / std::sqrt(12.0)) < least_widths * width_ns) return std::nullopt;
-  if (t < d) d = std::max(d, least_widths * width_ns);
   const double turn = cross < 0 ? -t : t;
   std::array<Target, 2> pair = {Target{middle, S / 2}, Target{middle, S / 2}};
   pair[0].track.delay_ns -= d, pair[0].track.walk_ns -= turn;

@@ -19,7 +19,7 @@ namespace splid::selection {
 class PulseTail {
  public:
   // How far from a pulse its light is looked at, in pulse widths.
-  static constexpr double reach_widths = 32;
+  static constexpr int reach_widths = 32;
 
   PulseTail(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons);
 
@@ -36,8 +36,8 @@ class PulseTail {
   double with_tail_nats(double enough_nats);
 
  private:
-  static constexpr double cells_a_width = 2;
-  static constexpr std::size_t most_cells = 2 * static_cast<std::size_t>(reach_widths) * 2;
+  static constexpr int cells_a_width = 2;
+  static constexpr std::size_t most_cells = std::size_t{2} * reach_widths * cells_a_width;
   using Cells = std::array<double, most_cells>;
   using Edges = std::array<double, most_cells + 1>;
   // The amounts that the counts are fitted by, in their order: photons of the pulse, of its tail

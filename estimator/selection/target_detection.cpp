@@ -7,15 +7,6 @@
 #include "estimator/selection/target_selection.hpp"
 
 namespace splid::selection {
-namespace {
-
-// Another shape of the brighter pulse has as many amounts as a target, chosen by the frame.
-constexpr double shape_margin_nats = certain_nats;
-// So much more on the photons about a track alone leaves no doubt.
-constexpr double sure_nats = 15;
-
-}  // namespace
-
 // The brighter ones first.
 void TargetSelection::judge_targets() {
   std::array<std::size_t, most_targets> order{};
@@ -47,50 +38,42 @@ bool TargetSelection::stands(std::size_t target, std::span<const std::size_t> br
 }
 
 // Whether a target explains more than another shape of a brighter one's pulse does, beside the
-// others, and beside those that are known to be targets.
+// others. The photons about the track show most targets apart; where they do not, all is fitted.
+//
+// Another shape of the brighter pulse has as many amounts as a target, chosen by the frame: certain
+// nats more are asked for, and twice as many of the photons about the track alone.
 bool TargetSelection::beats_other_pulse(std::size_t target, std::size_t bright) {
   const Model& all = all_.model;
-  const DelayTrack& own = all.targets[target].track;
-  Target other = all.targets[bright];
-  double log_width = all.log_width;
-  const double d = apart_widths(own, other.track);
-  if (d < one_pulse_widths) {
-    const double signal = all.targets[target].signal_per_pulse;
-    const double share = signal / (signal + other.signal_per_pulse);
-    log_width += std::log1p(share * (1 - share) * d * d) / 2;
-    other.track.delay_ns += share * apart_ns(own, other.track);
-    other.track.walk_ns += share * (own.walk_ns - other.track.walk_ns);
-    other.signal_per_pulse += signal;
+  Model without;
+  without.log_width = all.log_width;
+  without.background_per_ns = all.background_per_ns;
+  without.add(all.targets[bright]);
+  const Target& own = all.targets[target];
+  Target& other = without.targets[0];
+  const double apart = apart_widths(own.track, other.track);
+  if (apart < pulse_reach_widths) {  // one wide pulse in their middle
+    const double share = own.signal_per_pulse / (own.signal_per_pulse + other.signal_per_pulse);
+    without.log_width += std::log1p(share * (1 - share) * apart * apart) / 2;
+    other.track.delay_ns += share * apart_ns(own.track, other.track);
+    other.track.walk_ns += share * (own.track.walk_ns - other.track.walk_ns);
+    other.signal_per_pulse += own.signal_per_pulse;
   }
-  const auto beats = [&](bool with_unknown) {
-    Model without;
-    without.log_width = log_width;
-    without.background_per_ns = all.background_per_ns;
-    without.add(other);
-    for (std::size_t k = 0; k < all.count; ++k) {
-      const bool stays = k != target && k != bright && (with_unknown || members_[k].is_detected);
-      if (stays) without.add(all.targets[k]);
-    }
-    return beats_shapes(without);
-  };
-  return beats(true) && (detected() + 1 >= all.count || beats(false));
-}
-
-// The photons about the track show most targets apart. Where they do not, all is fitted.
-bool TargetSelection::beats_shapes(const Model& without) {
+  for (std::size_t k = 0; k < all.count; ++k) {
+    if (k != target && k != bright) without.add(all.targets[k]);
+  }
   if (tail_.looks()) {
     tail_.count(*frame_, without);
-    const double most_nats = tail_.nats(all_.model) - shape_margin_nats - sure_nats;
+    const double most_nats = tail_.nats(all_.model) - 2 * certain_nats;
     if (tail_.other_width_nats(without, most_nats) < most_nats &&
         tail_.with_tail_nats(most_nats) < most_nats) {
       return true;
     }
   }
   const std::size_t terms = terms_ > 1 ? 3 : 1;
-  const Maximum wide = wide_.maximize(
-      without, {likelihood::free_set(without.count, terms, true),
-                -std::numeric_limits<double>::infinity(), likelihood::Maximizer::compared_nats});
-  const double more_nats = all_.gain_nats - wide.gain_nats - shape_margin_nats;
+  const Maximum wide =
+      wide_.maximize(without, {.free = likelihood::free_set(without.count, terms, true),
+                               .enough_nats = likelihood::Maximizer::compared_nats});
+  const double more_nats = all_.gain_nats - wide.gain_nats - certain_nats;
   if (more_nats <= 0 || !tail_.looks()) return more_nats > 0;
   tail_.count(*frame_, wide.model);
   const double most_nats =

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "estimator/search/target_fit.hpp"
 #include "estimator/sync/in_quadrature.hpp"
@@ -10,14 +9,8 @@
 namespace splid::selection {
 namespace {
 
-// What is left of a frame may hold less of a target than the frame does, where another is near.
-// With so much of the threshold a place is fitted together with the others.
-constexpr double least_of_threshold = 0.4;
-// Elsewhere what is left holds all of a target but so much.
+// What is left of a frame holds all of a target but so much.
 constexpr double lost_nats = 3;
-// Weaker than that beside another that moves alike, it may be a side lobe's remainder.
-constexpr double least_plain = 0.25;
-constexpr double most_width = TargetFit::most_width, most_wide = 3;
 
 void remove(Model& model, std::size_t target) {
   for (std::size_t k = target; k + 1 < model.count; ++k) model.targets[k] = model.targets[k + 1];
@@ -34,10 +27,11 @@ TargetSelection::TargetSelection(TargetSearch& search, AccelerationSearch* accel
       train_(train),
       shape_(shape),
       scope_(scope),
-      maximizer_(shape, train, max_photons,
-                 {most_targets, scope.is_width_free ? most_width : 1, scope.may_be_dead}),
-      wide_(shape, train, max_photons, {most_targets, most_wide, scope.may_be_dead}),
-      thinning_(shape, train, max_photons, scope.is_width_free ? most_width : 1),
+      maximizer_(
+          shape, train, max_photons,
+          {most_targets, scope.is_width_free ? TargetFit::most_width : 1, scope.may_be_dead}),
+      wide_(shape, train, max_photons, {most_targets, TargetFit::most_width, scope.may_be_dead}),
+      thinning_(shape, train, max_photons, scope.is_width_free ? TargetFit::most_width : 1),
       tail_(shape, train, max_photons) {
   for (std::size_t k = 0; k < most_targets; ++k) {
     members_.push_back({{{}, search.no_peaks()}, false});
@@ -91,7 +85,7 @@ bool TargetSelection::add_next(Effort most) {
 bool TargetSelection::add(const Target& next) {
   Member& member = members_[all_.model.count];
   const double gain_nats = member.search.fit.gain_nats;
-  if (gain_nats < least_gain_nats(next)) return false;
+  if (gain_nats < scope_.threshold_nats - lost_nats) return false;
   if (!is_plain(next, gain_nats)) return add_together(next);
   is_refined_ = false;
   all_.model.add(next);
@@ -104,11 +98,8 @@ bool TargetSelection::add(const Target& next) {
 bool TargetSelection::add_together(const Target& next) {
   refine();
   Model with = all_.model;
-  const Exposure& exposure = maximizer_.likelihood().exposure();
-  const double added = next.signal_per_pulse * exposure.amplitude / exposure.seen_ns;
   with.add(next);
-  with.background_per_ns -= std::min(added, with.background_per_ns / 2);
-  return accept(maximize(with, greedy_nats));
+  return accept(maximize(with, likelihood::Maximizer::compared_nats));
 }
 
 bool TargetSelection::accept(const Maximum& together) {
@@ -119,14 +110,14 @@ bool TargetSelection::accept(const Maximum& together) {
 }
 
 void TargetSelection::refine() {
-  if (!is_refined_) all_ = maximize(all_.model, greedy_nats);
+  if (!is_refined_) all_ = maximize(all_.model, likelihood::Maximizer::compared_nats);
   is_refined_ = true;
 }
 
 Maximum TargetSelection::maximize(const Model& start, double enough_nats) {
-  return maximizer_.maximize(start,
-                             {likelihood::free_set(start.count, terms_, scope_.is_width_free),
-                              -std::numeric_limits<double>::infinity(), enough_nats});
+  return maximizer_.maximize(
+      start, {.free = likelihood::free_set(start.count, terms_, scope_.is_width_free),
+              .enough_nats = enough_nats});
 }
 
 void TargetSelection::keep_detected() {
@@ -148,18 +139,9 @@ std::size_t TargetSelection::detected() const {
       [](const Member& member) { return member.is_detected; }));
 }
 
-// The gain in what is left from which on a target is fitted together with the others.
-double TargetSelection::least_gain_nats(const Target& next) const {
-  return is_near(next) ? least_of_threshold * scope_.threshold_nats
-                       : scope_.threshold_nats - lost_nats;
-}
-
 // Whether a target of what is left is one for sure, and has nothing to do with the others.
 bool TargetSelection::is_plain(const Target& next, double gain_nats) const {
-  if (gain_nats < scope_.threshold_nats + plain_margin_nats || is_near(next)) return false;
-  const std::span known(all_.model.targets.data(), all_.model.count);
-  return std::none_of(known.begin(), known.end(),
-                      [&](const Target& other) { return may_be_side_lobe(next, other); });
+  return gain_nats >= scope_.threshold_nats + plain_margin_nats && !is_near(next);
 }
 
 bool TargetSelection::is_near(const Target& next) const {
@@ -167,12 +149,6 @@ bool TargetSelection::is_near(const Target& next) const {
   return std::any_of(known.begin(), known.end(), [&](const Target& other) {
     return apart_widths(next.track, other.track) <= tail_widths;
   });
-}
-
-// Whether a target may be what the misfit of a brighter one leaves over at a side lobe.
-bool TargetSelection::may_be_side_lobe(const Target& target, const Target& bright) const {
-  return target.signal_per_pulse < least_plain * bright.signal_per_pulse &&
-         parting_widths(target.track, bright.track) < tail_widths;
 }
 
 double TargetSelection::apart_ns(const DelayTrack& a, const DelayTrack& b) const {

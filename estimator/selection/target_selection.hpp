@@ -80,10 +80,6 @@ class TargetSelection {
   static constexpr double plain_margin_nats = 20;
   // From so much on, over the frame, the photons show which of two that cross is which.
   static constexpr double crossing_widths = 4;
-  // Two as close as this may be one wide pulse in their middle.
-  static constexpr double one_pulse_widths = pulse_reach_widths;
-  // What is left to gain where a maximum is only compared.
-  static constexpr double greedy_nats = 3e-2;
 
   // How a target was found: alone, with what had been found before it taken out.
   struct Member {
@@ -93,10 +89,7 @@ class TargetSelection {
   bool add_next(Effort most);
   std::optional<Target> find_seen(const FoldedFrame& rest);
   std::optional<RangeOdds::Place> seen_beside();
-  [[nodiscard]] bool may_be_side_lobe(const RangeOdds::Place& place, std::size_t member) const;
-  [[nodiscard]] double least_gain_nats(const Target& next) const;
   std::optional<Target> find_next(const FoldedFrame& rest, Effort most);
-  DelayTrack likeliest_lobe(const FoldedFrame& rest, const Maximum& found);
   bool add(const Target& next);
   bool add_together(const Target& next);
   void refine();
@@ -109,12 +102,10 @@ class TargetSelection {
   void judge_targets();
   [[nodiscard]] bool stands(std::size_t target, std::span<const std::size_t> brighter);
   [[nodiscard]] bool beats_other_pulse(std::size_t target, std::size_t bright);
-  [[nodiscard]] bool beats_shapes(const Model& without);
   [[nodiscard]] double apart_ns(const DelayTrack& a, const DelayTrack& b) const;
   [[nodiscard]] double apart_widths(const DelayTrack& a, const DelayTrack& b) const;
   [[nodiscard]] double parting_widths(const DelayTrack& a, const DelayTrack& b) const;
   [[nodiscard]] bool is_plain(const Target& next, double gain_nats) const;
-  [[nodiscard]] bool may_be_side_lobe(const Target& target, const Target& bright) const;
   [[nodiscard]] bool is_near(const Target& next) const;
   void keep_detected();
   void sort_by_signal();

@@ -1,6 +1,5 @@
 #include "estimator/selection/thinning.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace splid::selection {
