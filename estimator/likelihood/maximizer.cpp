@@ -136,7 +136,6 @@ void Maximizer::maximize_gathered(const Aim& aim, std::size_t gather_from, Maxim
 // On return point_ is the likelihood at the best place, or at the place before a last short step.
 void Maximizer::maximize_within(const Aim& aim, Maximum& best) {
   constexpr double gain_small = 1e-10;
-  constexpr double short_step = 0.25;  // a longer one may lead to another maximum
   const double none_nats = likelihood_.no_target_nats();
   likelihood_.evaluate(best.model, aim.free, point_);
   double damping = 0;
@@ -161,7 +160,7 @@ void Maximizer::maximize_within(const Aim& aim, Maximum& best) {
     }
     const SmallVector taken = units.asDiagonal() * *step / std::max(longest, 1.0);
     const Model to = stepped(best.model, taken, most_log_width_);
-    if (damping == 0 && longest < short_step && promised < aim.enough_nats) {
+    if (damping == 0 && promised < aim.enough_nats) {
       best.model = to;
       point_.value += promised;
       best.stop = Stop::gain_small;
