@@ -173,9 +173,9 @@ std::optional<Found> FrameEstimator::Workspace::look_for(const FrameView& view, 
   while (true) {
     std::optional<Found> found = find_by(look, view, track, most);
     const bool is_better =
-        found && (!best || !best->is_target || look != Look::curved ||
-                  (found->is_target && found->best.gain_nats >=
-                                           best->best.gain_nats + likely_nats));
+        found &&
+        (!best || !best->is_target || look != Look::curved ||
+         (found->is_target && found->best.gain_nats >= best->best.gain_nats + likely_nats));
     if (is_better) best = found;
     const Look next = look_after(look, best, track);
     if (track != nullptr)

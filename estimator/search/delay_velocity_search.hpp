@@ -51,6 +51,7 @@ class DelayVelocitySearch {
   std::span<const SearchCell> run(const FoldedFrame& frame, const SearchGrid& grid,
                                   double max_walk_ns);
 
+  // Of two targets whose combs meet: theirs, those that both make, and how far these stand out.
   static constexpr std::size_t max_delays = 5;
   // The best delays for a known range walk, those with the most photons first and at least four
   // bins apart, in a grid of one slice: for patterns that partly fall on themselves elsewhere.

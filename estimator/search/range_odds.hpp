@@ -37,8 +37,6 @@ class RangeOdds {
   // frame, whose peaks do not speak against this one.
   [[nodiscard]] double of(const likelihood::Maximum& best,
                           std::span<const DelayTrack> others = {}) const;
-  // Whether a line has the range and the velocity of one of these.
-  [[nodiscard]] bool is_one_of(DelayTrack line, std::span<const DelayTrack> lines) const;
   // The strongest place that is not at one of these lines, or none.
   struct Place {
     DelayTrack line;
@@ -58,7 +56,9 @@ class RangeOdds {
   };
   [[nodiscard]] double volume_nats(const likelihood::Maximum& fit) const;
   [[nodiscard]] double apart_ns(DelayTrack a, DelayTrack b) const;
+  // Whether a line has the range and the velocity of another, or of one of several.
   [[nodiscard]] bool is_same_range(DelayTrack a, DelayTrack b) const;
+  [[nodiscard]] bool is_one_of(DelayTrack line, std::span<const DelayTrack> lines) const;
   void keep(const Peak& peak);
 
   SearchVolume volume_;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 
 #include "estimator/fold/kernel_choice.hpp"
 
@@ -23,10 +22,6 @@ constexpr std::size_t level_cells[] = {std::size_t{1} << 18, std::size_t{1} << 2
 constexpr double finest_widths = 2.5;
 
 constexpr std::size_t cheap_cells = std::size_t{1} << 16;  // take a tenth of a millisecond
-
-// Side lobes have side lobes of their own, which lead back to the same delays. Each
-// delay is tried once, and so many at most.
-constexpr std::size_t most_tried = 256;
 
 std::size_t levels_of(Effort effort) { return static_cast<std::size_t>(effort) + 1; }
 
@@ -105,7 +100,6 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       maximizer_(shape, train, max_photons, {1, 1, scope.may_be_dead}),
       peaks_(no_peaks()) {
   spots_.reserve(DelayVelocitySearch::max_cells);
-  tried_ns_.reserve(most_tried);
 }
 
 std::vector<TargetSearch::Level> TargetSearch::make_levels(const SearchScope& scope) const {
@@ -145,7 +139,6 @@ bool TargetSearch::has_side_lobes() const {
 
 void TargetSearch::begin() {
   peaks_.odds.clear();
-  peaks_.weaker.clear();
   peaks_.sample_best.reset();
 }
 
@@ -205,18 +198,13 @@ std::optional<Maximum> TargetSearch::find_in(const FoldedFrame& photons, Effort 
 std::optional<Maximum> TargetSearch::find_at_level(const FoldedFrame& photons, const Level& level) {
   const Exposure exposure(photons, train_);
   std::optional<Maximum> best;
-  const auto is_sure = [&](const Spot& spot) { return spot.box_gain_nats > settled_nats(); };
   const auto maximize_from = [&](const Spot& spot) {
     if (best && is_side_lobe(spot.line, level.grid, *best)) return;
-    if (best && most_gain_nats(spot.box_gain_nats) < least_gain_nats(*best)) {
-      if (is_sure(spot)) peaks_.weaker.push_back({spot.line, spot.box_gain_nats});
-      return;
-    }
+    if (best && most_gain_nats(spot.box_gain_nats) < least_gain_nats(*best)) return;
     const Maximum fit = maximize(photons, spot.line);
     if (!best || fit.gain_nats > best->gain_nats) best = fit;
   };
   spots_.clear();
-  peaks_.weaker.clear();
   const auto best_cells = cells(photons, level);
   const std::size_t tried = std::min(best_cells.size(), cells_tried(photons.size()));
   for (const SearchCell& cell : best_cells.first(tried)) {
@@ -227,7 +215,7 @@ std::optional<Maximum> TargetSearch::find_at_level(const FoldedFrame& photons, c
     }
     const Spot spot = zoom_into(photons, level, cell.line);
     // The maximum of a cell with a certain target comes first: most other cells then need none.
-    if (is_sure(spot)) {
+    if (spot.box_gain_nats > settled_nats()) {
       maximize_from(spot);
     } else {
       spots_.push_back(spot);
@@ -309,20 +297,17 @@ Maximum TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, D
 // of a nearly even comb, but not quite. Each that is no better counts against the best one's range.
 void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level, Maximum& best) {
   const DelayTrack found = best.track();
-  tried_ns_.assign(1, found.delay_ns);
-  bool is_first = true;
-  for (const DelayCell& cell : best_delays(photons, found.walk_ns)) {
+  for (const DelayCell& cell : search_.best_delays(photons, found.walk_ns, recheck_)) {
     const double apart =
         std::remainder(cell.delay_ns - shape_.peak_offset_ns() - found.delay_ns, train_.circle_ns);
     const double gain = delay_gain_nats(photons, cell);
     if (std::abs(apart) <= 3 * recheck_.bin_ns) {
       // This is the best peak itself.
-    } else if (is_first || most_gain_nats(gain) > best.gain_nats - rival_nats_) {
+    } else if (most_gain_nats(gain) > best.gain_nats - rival_nats_) {
       try_delay(photons, level, apart, found, best);
     } else {
       peaks_.odds.add({found.delay_ns + apart, found.walk_ns}, gain);
     }
-    is_first = false;
   }
   try_side_lobes(photons, level, best);
 }
@@ -338,18 +323,6 @@ void TargetSearch::try_side_lobes(const FoldedFrame& photons, const Level& level
   }
 }
 
-// The best delays of a range walk, which are those of a target and its highest side lobes. Where
-// combs meet, these are two targets and the places that both make, and one more says how far they
-// stand out.
-std::span<const DelayCell> TargetSearch::best_delays(const FoldedFrame& photons, double walk_ns) {
-  constexpr std::size_t of_one = 4;
-  const std::span<const DelayCell> all = search_.best_delays(photons, walk_ns, recheck_);
-  if (all.size() <= of_one) return all;
-  const double least_nats = strong_side_lobe * delay_gain_nats(photons, all.front());
-  const bool do_meet = delay_gain_nats(photons, all[of_one - 1]) > least_nats;
-  return do_meet ? all : all.first(of_one);
-}
-
 double TargetSearch::delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const {
   return box_gain_nats(photons, cell.with_neighbour, 2 * recheck_.bin_ns);
 }
@@ -357,21 +330,10 @@ double TargetSearch::delay_gain_nats(const FoldedFrame& photons, const DelayCell
 // Takes the maximum there where it is better.
 void TargetSearch::try_delay(const FoldedFrame& photons, const Level& level, double shift_ns,
                              DelayTrack from, Maximum& best) {
-  if (is_tried(from.delay_ns + shift_ns)) return;
   const double photons_at = from.delay_ns + shift_ns + shape_.peak_offset_ns();
   const Maximum fit =
       fit_cell(photons, level, {photons_at, from.walk_ns}, best.gain_nats - no_doubt_nats);
   if (fit.gain_nats > best.gain_nats) best = fit;
-}
-
-// Whether a delay has been tried since tried_ns_ was cleared, to within what a zoom corrects. Notes
-// the delay as tried.
-bool TargetSearch::is_tried(double delay_ns) {
-  const bool is = std::any_of(tried_ns_.begin(), tried_ns_.end(), [&](double tried_ns) {
-    return std::abs(std::remainder(delay_ns - tried_ns, train_.circle_ns)) < shape_.width_ns();
-  });
-  if (!is && tried_ns_.size() < most_tried) tried_ns_.push_back(delay_ns);
-  return is;
 }
 
 // The gain that no fit in a cell of so many photons exceeds. It takes all photons beyond the
@@ -461,22 +423,6 @@ bool TargetSearch::is_where_combs_meet(const Maximum& fit) const {
     }
   }
   return false;
-}
-
-TargetSearch::Peaks TargetSearch::no_peaks() const {
-  Peaks none = {RangeOdds(volume_), std::nullopt, {}};
-  none.weaker.reserve(DelayVelocitySearch::max_cells);
-  return none;
-}
-
-std::optional<RangeOdds::Place> TargetSearch::Peaks::best_beside(
-    std::span<const DelayTrack> lines) const {
-  std::optional<RangeOdds::Place> best = odds.best_beside(lines);
-  for (const RangeOdds::Place& place : weaker) {
-    if (odds.is_one_of(place.line, lines)) continue;
-    if (!best || place.gain_nats > best->gain_nats) best = place;
-  }
-  return best;
 }
 
 double TargetSearch::Peaks::range_odds_nats(const Maximum& fit,

@@ -92,12 +92,6 @@ class TargetSearch {
     RangeOdds odds;
     // What a sample of the photons found, where it settled the search.
     std::optional<Maximum> sample_best;
-    // Places with more light than chance makes and less than the best place has, whose maximum the
-    // search did not look for.
-    std::vector<RangeOdds::Place> weaker;
-    // The strongest place that is not at one of these lines.
-    [[nodiscard]] std::optional<RangeOdds::Place> best_beside(
-        std::span<const DelayTrack> lines) const;
     // How sure the range of a fit is against these peaks, less those of other targets.
     [[nodiscard]] double range_odds_nats(const Maximum& fit,
                                          std::span<const DelayTrack> others) const;
@@ -108,7 +102,7 @@ class TargetSearch {
     Peaks peaks;
   };
   // With room for as many peaks as a search keeps.
-  [[nodiscard]] Peaks no_peaks() const;
+  [[nodiscard]] Peaks no_peaks() const { return {RangeOdds(volume_), std::nullopt}; }
   // Copies the peaks of the last find(), or find_near() and look_beside().
   void keep_peaks(Peaks& kept) const { kept = peaks_; }
   // How sure the range of a target is that was not searched for, by a look at all delays with its
@@ -160,7 +154,6 @@ class TargetSearch {
   Maximum fit_cell(const FoldedFrame& photons, const Level& level, DelayTrack line,
                    double to_beat_nats = -std::numeric_limits<double>::infinity());
   void recheck_delay(const FoldedFrame& photons, const Level& level, Maximum& best);
-  std::span<const DelayCell> best_delays(const FoldedFrame& photons, double walk_ns);
   [[nodiscard]] double delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const;
   void maximize_beside(const FoldedFrame& photons, Maximum& best);
   void try_side_lobes(const FoldedFrame& photons, const Level& level, Maximum& best);
@@ -168,7 +161,6 @@ class TargetSearch {
                  Maximum& best);
   Maximum maximize(const FoldedFrame& photons, DelayTrack line,
                    double to_beat_nats = -std::numeric_limits<double>::infinity());
-  bool is_tried(double delay_ns);
   [[nodiscard]] bool is_where_combs_meet(const Maximum& fit) const;
   [[nodiscard]] double box_gain_nats(const FoldedFrame& photons, std::uint32_t count,
                                      double box_ns) const;
@@ -197,8 +189,7 @@ class TargetSearch {
   Zoom zoom_;
   likelihood::Maximizer maximizer_;
   std::vector<Spot> spots_;
-  Peaks peaks_;                   // of the last search
-  std::vector<double> tried_ns_;  // delays that recheck_delay() has looked at
+  Peaks peaks_;  // of the last search
 };
 
 }  // namespace splid

@@ -24,7 +24,7 @@ std::optional<RangeOdds::Place> TargetSelection::seen_beside() {
   for (std::size_t k = 0; k < all_.model.count; ++k) lines_.push_back(all_.model.targets[k].track);
   std::optional<RangeOdds::Place> best;
   for (std::size_t k = 0; k < all_.model.count; ++k) {
-    const auto place = members_[k].search.peaks.best_beside(lines_);
+    const auto place = members_[k].search.peaks.odds.best_beside(lines_);
     if (place && (!best || place->gain_nats > best->gain_nats)) best = place;
   }
   return best;
