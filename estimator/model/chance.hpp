@@ -4,17 +4,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "estimator/sync/deviations.hpp"
+
 namespace splid {
 
 // Chance exceeds so many deviations once in a million normal numbers.
 inline constexpr double million_deviations = 4.75;
 // A value that is off by less of its deviation is left as it is.
 inline constexpr double least_that_matters = 0.5;
-// What is further off is hardly chance: once in 16,000, to either side.
-inline constexpr double unlikely_deviations = 4;
-// What is further off is no chance: once in 1.7 million; of many that are looked at, six.
-inline constexpr double sure_deviations = 5;
-inline constexpr double sure_deviations_of_many = 6;
 // A richer model with one more term gains 4.5 nats at three deviations, and so many by chance in
 // one frame of a million.
 inline constexpr double likely_nats = 4.5;

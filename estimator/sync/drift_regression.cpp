@@ -2,40 +2,10 @@
 
 #include <cmath>
 
+#include "estimator/sync/deviations.hpp"
 #include "estimator/sync/in_quadrature.hpp"
 
 namespace splid::sync {
-namespace {
-
-// r = a + b k + c k^2, in ps.
-struct Parabola {
-  double a = 0, b = 0, c = 0;
-  double std_b = 0, std_c = 0;
-  double sigma_ps = 0;  // of a sync, at least what a tagger's rounding makes
-  double rms_ps = 0;    // of the syncs about the parabola
-};
-
-Parabola parabola(const Sums& s) {
-  const double kk = s.sxx();
-  const double kkk = s.kkk - s.k * s.kk / s.n;
-  const double kkkk = s.kkkk - s.kk * s.kk / s.n;
-  const double kr = s.kr - s.k * s.r / s.n;
-  const double kkr = s.kkr - s.kk * s.r / s.n;
-  const double rr = s.rr - s.r * s.r / s.n;
-  const double spread = kkkk - kkk * kkk / kk;  // of k^2, beside what goes with k
-  Parabola p;
-  p.c = (kkr - kkk / kk * kr) / spread;
-  p.b = (kr - p.c * kkk) / kk;
-  p.a = (s.r - p.b * s.k - p.c * s.kk) / s.n;
-  const double about = std::max(rr - kr * kr / kk - p.c * p.c * spread, 0.0);
-  p.rms_ps = std::sqrt(about / s.n);
-  p.sigma_ps = std::max(std::sqrt(about / (s.n - 3)), least_sigma_ps / 2);
-  p.std_c = p.sigma_ps / std::sqrt(spread);
-  p.std_b = p.sigma_ps / std::sqrt(kk - kkk * kkk / kkkk);
-  return p;
-}
-
-}  // namespace
 
 Line Line::at_origin() const {
   return {phase_ps - std::round(phase_ps / period_ps) * period_ps, period_ps, curvature_per_ps};
@@ -47,26 +17,45 @@ Line Line::later(double a_ps, double b, double c_per_ps) const {
           (curvature_per_ps + c_per_ps) * stretch};
 }
 
+Parabola straight_through(const Sums& s) {
+  Parabola p;
+  p.spread_b = s.sxx();
+  p.b = p.spread_b > 0 ? s.sxy() / p.spread_b : 0;
+  p.a = (s.r - p.b * s.k) / s.n;
+  p.squares = s.squares(p.a, p.b);
+  return p;
+}
+
+Parabola parabola_through(const Sums& s) {
+  const double kk = s.sxx(), kr = s.sxy();
+  const double kkk = s.kkk - s.k * s.kk / s.n;
+  const double kkkk = s.kkkk - s.kk * s.kk / s.n;
+  const double kkr = s.kkr - s.kk * s.r / s.n;
+  Parabola p;
+  p.spread_b = kk - kkk * kkk / kkkk;
+  p.spread_c = kkkk - kkk * kkk / kk;
+  p.c = (kkr - kkk / kk * kr) / p.spread_c;
+  p.b = (kr - p.c * kkk) / kk;
+  p.a = (s.r - p.b * s.k - p.c * s.kk) / s.n;
+  p.squares = std::max(s.syy() - kr * kr / kk - p.c * p.c * p.spread_c, 0.0);
+  return p;
+}
+
 // [P] Eq. 19, the measured pattern period, as the slope of a regression through all syncs.
 Line regressed(const Line& line, const Sums& sums) {
-  const double sxx = sums.sxx();
-  const double slope = sxx > 0 ? (sums.kr - sums.k * sums.r / sums.n) / sxx : 0;
-  const double offset = (sums.r - slope * sums.k) / sums.n;
-  return {line.phase_ps + offset, line.period_ps + slope, line.curvature_per_ps};
+  const Parabola straight = straight_through(sums);
+  return {line.phase_ps + straight.a, line.period_ps + straight.b, line.curvature_per_ps};
 }
 
 void fill_period(SyncFit& fit, DriftMethod method, double calibrated_ps, const Accepted& accepted) {
   const Sums& s = accepted.sums;
-  const double sxx = s.sxx();
-  const Line best = regressed(accepted.line, s);
-  const double best_offset = best.phase_ps - accepted.line.phase_ps;
-  const double best_slope = best.period_ps - accepted.line.period_ps;
-  const double sigma_ps = std::sqrt(s.squares(best_offset, best_slope) / std::max(s.n - 2, 1.0));
-  double offset = best_offset;
-  double slope = best_slope;
-  double mean_k = s.k / s.n;
-  fit.std_period_ps = sigma_ps / std::sqrt(sxx);
-  fit.std_phase_ps = sigma_ps * std::sqrt(1 / s.n + mean_k * mean_k / sxx);
+  const Parabola best = straight_through(s);
+  const double sigma_ps = std::sqrt(best.squares / std::max(s.n - 2, 1.0));
+  const double mean_k = s.k / s.n;
+  double offset = best.a;
+  double slope = best.b;
+  fit.std_period_ps = sigma_ps / std::sqrt(best.spread_b);
+  fit.std_phase_ps = sigma_ps * std::sqrt(1 / s.n + mean_k * mean_k / best.spread_b);
   if (method == DriftMethod::endpoints) {
     // [P] Eq. 19 as it is printed: the time from the first sync to the last, divided by the number
     // of periods between them.
@@ -94,19 +83,19 @@ void fill_period(SyncFit& fit, DriftMethod method, double calibrated_ps, const A
 void fill_curvature(SyncFit& fit, double half_length_ps, double calibrated_ps,
                     const Accepted& accepted) {
   constexpr double least_syncs = 16;
-  constexpr double least_deviations = 4;
   const Sums& s = accepted.sums;
   if (s.n < least_syncs) return;
   const Line& line = accepted.line;
-  const Parabola p = parabola(s);
+  const Parabola p = parabola_through(s);
+  const double sigma_ps = std::max(std::sqrt(p.squares / (s.n - 3)), least_sigma_ps / 2);
   const double c_per_ps = p.c / (line.period_ps * line.period_ps);
-  const double std_per_ps = p.std_c / (line.period_ps * line.period_ps);
-  const bool curves = std::abs(line.curvature_per_ps + c_per_ps) >= least_deviations * std_per_ps;
+  const double std_per_ps = sigma_ps / std::sqrt(p.spread_c) / (line.period_ps * line.period_ps);
+  const bool curves =
+      std::abs(line.curvature_per_ps + c_per_ps) >= unlikely_deviations * std_per_ps;
   if (!curves && line.curvature_per_ps == 0) return;
   // At a time of x ps, k is (x - phase) / period.
   const double k0 = -line.phase_ps / line.period_ps;
-  const Line curved =
-      line.later(p.a + k0 * (p.b + k0 * p.c), (p.b + 2 * k0 * p.c) / line.period_ps, c_per_ps);
+  const Line curved = line.later(p.at(k0), (p.b + 2 * k0 * p.c) / line.period_ps, c_per_ps);
   const double mean_k = s.k / s.n - k0;
   fit.curvature_ps = curved.curvature_per_ps * half_length_ps * half_length_ps;
   fit.curvature_zero =
@@ -116,9 +105,9 @@ void fill_curvature(SyncFit& fit, double half_length_ps, double calibrated_ps,
   fit.phase_ps = mean.phase_ps;
   fit.period_ps = mean.period_ps;
   fit.drift_ppm = (mean.period_ps / calibrated_ps - 1) * 1e6;
-  fit.std_period_ps = p.std_b;
-  fit.std_phase_ps = in_quadrature(p.sigma_ps / std::sqrt(s.n), p.std_b * mean_k);
-  fit.jitter_ps = p.rms_ps;
+  fit.std_period_ps = sigma_ps / std::sqrt(p.spread_b);
+  fit.std_phase_ps = in_quadrature(sigma_ps / std::sqrt(s.n), fit.std_period_ps * mean_k);
+  fit.jitter_ps = std::sqrt(p.squares / s.n);
 }
 
 }  // namespace splid::sync

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "estimator/sync/round_quickly.hpp"
 #include "estimator/sync/sync_fit.hpp"
 
 // The measured pattern period, [P] Eq. 19, and with it the drift of the pattern's clock, from syncs
@@ -10,8 +9,8 @@
 // origin.
 namespace splid::sync {
 
-inline constexpr double outlier_sigmas = 5;
-inline constexpr double least_sigma_ps = 2;  // taggers round to 1 to 4 ps
+inline constexpr double least_sigma_ps = 2;           // taggers round to 1 to 4 ps
+inline constexpr double drift_between_frames = 1e-6;  // an oscillator changes by far less
 
 // Pattern starts are at the times x_ps where straight_ps(x_ps) is phase_ps + k * period_ps, for
 // every whole k. Where the clock's rate is steady, curvature_per_ps is 0 and straight_ps(x_ps) is
@@ -37,17 +36,18 @@ struct Point {
 };
 
 // The sums that a least-squares line through points needs, and those that a parabola needs beside.
+// n, k and r are those of all points' weights, k and residuals, kk of the squares of k, and so on.
 struct Sums {
   double n = 0, k = 0, r = 0, kk = 0, kr = 0, rr = 0;
   double kkk = 0, kkkk = 0, kkr = 0;
 
-  void add(const Point& p) {
-    n += 1;
-    k += p.k;
-    r += p.residual_ps;
-    kk += p.k * p.k;
-    kr += p.k * p.residual_ps;
-    rr += p.residual_ps * p.residual_ps;
+  void add(const Point& p, double weight = 1) {
+    n += weight;
+    k += weight * p.k;
+    r += weight * p.residual_ps;
+    kk += weight * p.k * p.k;
+    kr += weight * p.k * p.residual_ps;
+    rr += weight * p.residual_ps * p.residual_ps;
   }
   void add_for_parabola(const Point& p) {
     const double square = p.k * p.k;
@@ -55,7 +55,10 @@ struct Sums {
     kkkk += square * square;
     kkr += square * p.residual_ps;
   }
+  // The sums about the mean of all points.
   [[nodiscard]] double sxx() const { return kk - k * k / n; }
+  [[nodiscard]] double sxy() const { return kr - k * r / n; }
+  [[nodiscard]] double syy() const { return rr - r * r / n; }
   // The sum of squared distances from the line offset + slope * k.
   [[nodiscard]] double squares(double offset, double slope) const {
     const double sum = rr - 2 * offset * r - 2 * slope * kr + offset * offset * n +
@@ -63,6 +66,18 @@ struct Sums {
     return std::max(sum, 0.0);
   }
 };
+
+// r = a + b k + c k^2, in ps.
+struct Parabola {
+  double a = 0, b = 0, c = 0;
+  double spread_b = 0, spread_c = 0;  // sums of the squares of k beside k^2, and of k^2 beside k
+  double squares = 0;                 // of the points' distances from it
+
+  [[nodiscard]] double at(double k) const { return a + k * (b + k * c); }
+};
+// The least-squares parabola, and that with c = 0.
+Parabola parabola_through(const Sums& sums);
+Parabola straight_through(const Sums& sums);
 
 // The syncs that were accepted as those of one line.
 struct Accepted {

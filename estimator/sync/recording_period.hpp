@@ -1,8 +1,9 @@
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <vector>
 
+#include "estimator/sync/drift_regression.hpp"
 #include "estimator/sync/sync_fit.hpp"
 
 namespace splid {
@@ -16,7 +17,8 @@ struct MeasuredPeriod {
 // The pattern period over a whole recording: the least-squares line through the pattern starts that
 // the fits of the frames give. Periods are counted from frame to frame. After a pause of some
 // frames' lengths, and where a clock was set anew or the generator began again, a new line of the
-// same slope begins; one of a single frame has the slope of its syncs. Grows by 56 bytes a frame.
+// same slope begins; one of a single frame has the slope of its syncs. Grows by some 100 bytes a
+// line.
 class RecordingPeriod {
  public:
   // Frames that are not locked are passed over.
@@ -25,20 +27,18 @@ class RecordingPeriod {
   [[nodiscard]] MeasuredPeriod period() const;
 
  private:
-  // A pattern start, relative to the first start of its run, in periods of the first frame.
-  struct Start {
-    std::uint32_t run;        // frames between which periods can be counted
-    double k;                 // periods since the run's first start
-    double excess_ps;         // how much later it is than k periods of the first frame
-    double weight;            // 1 / variance, 1/ps^2
-    double period_excess_ps;  // of the frame's own period over that of the first frame
-    double std_period_ps;
+  // Frames between which periods can be counted. Their pattern starts are points: the periods since
+  // the first of them, and how much later a start is than so many periods of the recording's first
+  // frame; weights are 1 / variance, 1/ps^2.
+  struct Run {
+    sync::Sums sums;
+    std::size_t starts = 0;
+    sync::Point last;
+    SyncFit last_fit;
   };
 
-  std::vector<Start> starts_;
-  SyncFit last_;
-  double first_period_ps_ = 0;
-  double first_std_period_ps_ = 0;
+  std::vector<Run> runs_;
+  SyncFit first_;
 };
 
 }  // namespace splid

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "estimator/sync/deviations.hpp"
 #include "estimator/sync/drift_regression.hpp"
 #include "estimator/sync/in_quadrature.hpp"
 #include "estimator/sync/sync_curvature.hpp"
@@ -16,16 +17,11 @@ using sync::Accepted;
 using sync::Line;
 using sync::Lock;
 
-// Design note: an oscillator changes by far less than 1 ppm between two frames. So a line within
-// 1 ppm of the last period is looked for first, and one within max_drift_ppm of the calibrated
-// period only where there is none.
-constexpr double drift_between_fits = 1e-6;
-
 // Pattern starts in [begin, end) that no accepted sync belongs to. Those within a sync's jitter of
 // either end are left out, since their syncs may be in the next frame.
 double missing_syncs(const Lock& found, double begin_ps, double end_ps, double scale) {
   const Accepted& accepted = found.accepted;
-  const double margin_ps = sync::outlier_sigmas * found.sigma_ps;
+  const double margin_ps = sure_deviations * found.sigma_ps;
   const auto from = [&](double x_ps) {
     const Line& line = accepted.line;
     return std::ceil((line.straight_ps(x_ps) - line.phase_ps) / line.period_ps);
@@ -72,7 +68,9 @@ SyncFit SyncClock::fit(std::span<const std::int64_t> syncs_ps, std::int64_t begi
   const std::span<const double> syncs(position_.data(), taken);
   const double max_drift = max_drift_ppm_ * 1e-6;
   const bool may_curve = method_ == DriftMethod::regression;
-  auto found = sync::lock(syncs, period_ps_, drift_between_fits, may_curve, residual_);
+  // A line as the last one is looked for first, and one within max_drift_ppm of the calibrated
+  // period only where there is none.
+  auto found = sync::lock(syncs, period_ps_, sync::drift_between_frames, may_curve, residual_);
   if (!found) found = sync::lock(syncs, calibrated_period_ps_, max_drift, may_curve, residual_);
   if (!found) return fit;
   const Accepted& accepted = found->accepted;
@@ -83,7 +81,8 @@ SyncFit SyncClock::fit(std::span<const std::int64_t> syncs_ps, std::int64_t begi
   period_ps_ = period_ps;
   sync::fill_period(fit, method_, calibrated_period_ps_, accepted);  // [P] Eq. 19
   const auto length_ps = static_cast<double>(end_ps - begin_ps);
-  const double wander_ps = sync::wander_ps(syncs, accepted.line);
+  const auto departure = sync::departure(syncs, accepted.line);
+  const double wander_ps = departure ? departure->wander_ps : 0;
   if (wander_ps > 0) {
     widen_by(wander_ps, length_ps, fit);
   } else if (may_curve) {

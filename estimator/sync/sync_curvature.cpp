@@ -1,15 +1,19 @@
 #include "estimator/sync/sync_curvature.hpp"
 
+#include <array>
 #include <cmath>
+
+#include "estimator/sync/deviations.hpp"
+#include "estimator/sync/round_quickly.hpp"
 
 namespace splid::sync {
 namespace {
 
+constexpr std::size_t blocks = 16;
+constexpr std::size_t least_blocks = blocks / 2;
 constexpr std::size_t least_in_block = 4;
 constexpr std::size_t most_in_block = 32;
-constexpr std::size_t least_blocks = BlockMedians::most / 2;
 
-constexpr double curved_deviations = 6;
 constexpr double std_of_median = 1.2533;  // of gaussian values, over that of their mean
 
 double median(std::span<double> values) {
@@ -41,55 +45,16 @@ struct Sample {
   }
 };
 
-// off = a + b x + c x^2, with x from the medians' mean time, over scale_ps.
-struct Curvature {
-  double mean_ps = 0, scale_ps = 0;
-  double a = 0, b = 0, c = 0;
-  bool sure = false;
+// How far from a line the syncs of each 16th of them are. Those 16ths in which most syncs are far
+// from the line are left out.
+struct BlockMedians {
+  std::size_t count = 0;
+  std::array<double, blocks> at_ps, off_ps;  // the mean time of a 16th, and its median distance
+  double sigma_ps = 0;                       // robust, of the syncs about their 16th's median
+  double std_ps = 0;                         // of a median
 };
 
-Curvature curvature_of(const BlockMedians& m) {
-  const auto n = static_cast<double>(m.count);
-  Curvature curvature;
-  for (std::size_t i = 0; i < m.count; ++i) curvature.mean_ps += m.at_ps[i] / n;
-  for (std::size_t i = 0; i < m.count; ++i) {
-    curvature.scale_ps = std::max(curvature.scale_ps, std::abs(m.at_ps[i] - curvature.mean_ps));
-  }
-  // Sums of the powers of x, whose own sum is 0, and of the medians times these.
-  double square = 0, cube = 0, fourth = 0, off = 0, x_off = 0, square_off = 0;
-  for (std::size_t i = 0; i < m.count; ++i) {
-    const double x = (m.at_ps[i] - curvature.mean_ps) / curvature.scale_ps;
-    square += x * x;
-    cube += x * x * x;
-    fourth += x * x * x * x;
-    off += m.off_ps[i];
-    x_off += x * m.off_ps[i];
-    square_off += x * x * m.off_ps[i];
-  }
-  const double spread = fourth - square * square / n - cube * cube / square;
-  const double c = (square_off - square * off / n - cube / square * x_off) / spread;
-  curvature.sure = std::abs(c) * std::sqrt(spread) > curved_deviations * m.std_ps;
-  if (curvature.sure) curvature.c = c;
-  curvature.b = (x_off - curvature.c * cube) / square;
-  curvature.a = (off - curvature.c * square) / n;
-  return curvature;
-}
-
-}  // namespace
-
-double BlockMedians::farthest_ps() const {
-  double sum_ps = 0;
-  for (std::size_t i = 0; i < count; ++i) sum_ps += off_ps[i];
-  const double mean_ps = sum_ps / static_cast<double>(count);
-  double farthest = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    farthest = std::max(farthest, std::abs(off_ps[i] - mean_ps));
-  }
-  return farthest > curved_deviations * std_ps ? farthest : 0;
-}
-
 std::optional<BlockMedians> block_medians(std::span<const double> syncs, const Line& line) {
-  constexpr std::size_t blocks = BlockMedians::most;
   if (syncs.size() < blocks * least_in_block) return std::nullopt;
   BlockMedians m;
   std::array<double, blocks * most_in_block> deviations;
@@ -114,48 +79,42 @@ std::optional<BlockMedians> block_medians(std::span<const double> syncs, const L
   return m;
 }
 
-// Twice, as a curvature that is still unknown widens the spread within the blocks.
-std::optional<Line> curved_line(std::span<const double> syncs, Line line) {
-  for (int round = 0; round < 2; ++round) {
-    const auto medians = block_medians(syncs, line);
-    if (!medians) return std::nullopt;
-    const Curvature curvature = curvature_of(*medians);
-    const double slope = curvature.b / curvature.scale_ps;
-    const double square = curvature.c / (curvature.scale_ps * curvature.scale_ps);
-    line = line.later(curvature.a - slope * curvature.mean_ps +
-                          square * curvature.mean_ps * curvature.mean_ps,
-                      slope - 2 * square * curvature.mean_ps, square)
-               .at_origin();
-  }
-  return line;
-}
+}  // namespace
 
-double wander_ps(std::span<const double> syncs, const Line& line) {
+std::optional<Departure> departure(std::span<const double> syncs, const Line& line) {
   const auto medians = block_medians(syncs, line);
-  if (!medians) return 0;
+  if (!medians) return std::nullopt;
   const BlockMedians& m = *medians;
-  const Curvature parabola = curvature_of(m);
-  double farthest = 0, off = 0, x_off = 0, square = 0;
+  // The medians as points, of a time from their mean, in units of their reach.
+  double mean_ps = 0, reach_ps = 0;
   for (std::size_t i = 0; i < m.count; ++i) {
-    const double x = (m.at_ps[i] - parabola.mean_ps) / parabola.scale_ps;
-    const double at = parabola.a + x * (parabola.b + x * parabola.c);
-    farthest = std::max(farthest, std::abs(m.off_ps[i] - at));
-    off += m.off_ps[i], x_off += x * m.off_ps[i], square += x * x;
+    mean_ps += m.at_ps[i] / static_cast<double>(m.count);
   }
-  if (farthest <= curved_deviations * m.std_ps) return 0;
-  const auto n = static_cast<double>(m.count);
-  double first = 0, last = 0;
   for (std::size_t i = 0; i < m.count; ++i) {
-    const double x = (m.at_ps[i] - parabola.mean_ps) / parabola.scale_ps;
-    const double from_line = m.off_ps[i] - off / n - x * x_off / square;
-    first = std::min(first, from_line), last = std::max(last, from_line);
+    reach_ps = std::max(reach_ps, std::abs(m.at_ps[i] - mean_ps));
   }
-  return last - first;
-}
+  Sums sums;
+  for (std::size_t i = 0; i < m.count; ++i) {
+    const Point point{(m.at_ps[i] - mean_ps) / reach_ps, m.off_ps[i]};
+    sums.add(point);
+    sums.add_for_parabola(point);
+  }
+  const Parabola straight = straight_through(sums), curved = parabola_through(sums);
+  const double sure_ps = sure_deviations_of_many * m.std_ps;
+  const bool curves = std::abs(curved.c) * std::sqrt(curved.spread_c) > sure_ps;
+  const Parabola& best = curves ? curved : straight;
 
-bool is_straight(std::span<const double> syncs, const Line& line) {
-  const auto medians = block_medians(syncs, line);
-  return medians && medians->farthest_ps() == 0 && !curvature_of(*medians).sure;
+  double farthest_ps = 0, first_ps = 0, last_ps = 0;
+  for (std::size_t i = 0; i < m.count; ++i) {
+    const double at = (m.at_ps[i] - mean_ps) / reach_ps;
+    farthest_ps = std::max(farthest_ps, std::abs(m.off_ps[i] - best.at(at)));
+    first_ps = std::min(first_ps, m.off_ps[i] - straight.at(at));
+    last_ps = std::max(last_ps, m.off_ps[i] - straight.at(at));
+  }
+  const double slope = best.b / reach_ps, square = best.c / (reach_ps * reach_ps);
+  const Line later = line.later(best.a - slope * mean_ps + square * mean_ps * mean_ps,
+                                slope - 2 * square * mean_ps, square);
+  return Departure{later.at_origin(), m.sigma_ps, farthest_ps > sure_ps ? last_ps - first_ps : 0};
 }
 
 }  // namespace splid::sync

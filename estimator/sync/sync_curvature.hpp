@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -19,8 +18,8 @@ namespace splid::sync {
 inline constexpr double window_of_period = 1.0 / 16;
 inline constexpr double widest_window_ps = 5000;
 
-// Where nearly all agree, the others are strays.
-inline constexpr double nearly_all = 0.9;
+// Of the syncs, doubles aside, or of the gaps between them.
+inline constexpr double min_agreeing = 0.6;
 
 inline constexpr double sigma_per_mad = 1.4826;  // of a gaussian: sigma over median deviation
 
@@ -34,33 +33,19 @@ inline bool is_double(std::span<const double> syncs, std::size_t i, double perio
   return i > 0 && syncs[i] - syncs[i - 1] < period_ps * window_of_period;
 }
 
-// How far from a line the syncs of each 16th of them are. Those 16ths in which most syncs are far
-// from the line are left out.
-struct BlockMedians {
-  static constexpr std::size_t most = 16;
-
-  std::size_t count = 0;
-  std::array<double, most> at_ps, off_ps;  // the mean time of a 16th, and its median distance
-  double sigma_ps = 0;                     // robust, of the syncs about their 16th's median
-  double std_ps = 0;                       // of a median
-
-  // The farthest median from the mean of them, or 0 where chance explains it.
-  [[nodiscard]] double farthest_ps() const;
+// How syncs depart from a line, by the median of each 16th of them.
+struct Departure {
+  // The line through the medians, curved where they curve by more than chance: known to 0.2 sigma
+  // at the ends of the sampled syncs, and over four times their length to 100 ps for 10 ps of
+  // jitter.
+  Line line;
+  double sigma_ps = 0;  // robust, of the syncs about their 16th's median
+  // How far apart the medians are, about a straight line, where neither a line nor a parabola
+  // explains them: the syncs wander, or jump. Else 0.
+  double wander_ps = 0;
 };
 
 // Nothing where the syncs are less than 64, or where most are far from the line.
-std::optional<BlockMedians> block_medians(std::span<const double> syncs, const Line& line);
-
-// The line through the medians, curved where they curve by more than chance: known to 0.2 sigma at
-// the ends of the sampled syncs, and over four times their length to 100 ps for 10 ps of jitter.
-std::optional<Line> curved_line(std::span<const double> syncs, Line line);
-
-// How far apart the medians are, about a straight line, where neither a line nor a parabola
-// explains them: the syncs wander, or jump. Else 0.
-double wander_ps(std::span<const double> syncs, const Line& line);
-
-// Whether most are near the line, and no median is off it, nor the medians curved, by more than
-// chance.
-bool is_straight(std::span<const double> syncs, const Line& line);
+std::optional<Departure> departure(std::span<const double> syncs, const Line& line);
 
 }  // namespace splid::sync

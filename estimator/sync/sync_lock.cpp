@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/sync/deviations.hpp"
+#include "estimator/sync/round_quickly.hpp"
 #include "estimator/sync/sync_curvature.hpp"
 
 namespace splid::sync {
 namespace {
 
-constexpr double min_agreeing = 0.6;      // of the syncs, doubles aside
 constexpr std::size_t first_walk = 64;    // syncs that are followed one by one
 constexpr std::size_t growth = 8;         // each later step takes so many times more syncs
-constexpr std::size_t curved_growth = 4;  // the same along a curved clock, see curved_line()
+constexpr std::size_t curved_growth = 4;  // the same along a curved clock, see departure()
 constexpr std::size_t early_seeds = 8;
 
 constexpr std::size_t mad_sample = 1024;  // the median's standard error is then 4 %
@@ -155,40 +156,28 @@ class Gatherer {
   std::size_t near_ = 0;
 };
 
+// The syncs within the gate about a line; nothing where too few of the syncs are.
 template <bool may_curve>
-Lock gather(std::span<const double> syncs, const Line& line, const Gate& gate,
-            std::vector<double>& scratch) {
-  Gatherer<may_curve> gatherer(line, gate, scratch);
+std::optional<Lock> gather(std::span<const double> syncs, const Line& line, const Gate& gate,
+                           std::vector<double>& scratch) {
+  Gatherer<may_curve> gatherer(line.at_origin(), gate, scratch);
   for (const double x_ps : syncs) gatherer.take(x_ps);
-  return gatherer.finish();
-}
-
-// What the next pass may accept, by how well this pass knows its line.
-Gate next_gate(const Lock& pass) {
-  const Sums& s = pass.accepted.sums;
-  const double slope = s.sxx() > 0 ? pass.sigma_ps / std::sqrt(s.sxx()) : 0;
-  return {outlier_sigmas * pass.sigma_ps, outlier_sigmas * slope, s.k / s.n};
-}
-
-bool agrees(const Lock& pass, std::size_t syncs) {
+  const Lock pass = gatherer.finish();
   const double accepted = pass.accepted.sums.n;
-  const double others = static_cast<double>(syncs - pass.near);
-  return accepted >= least_syncs && accepted >= min_agreeing * others;
+  const double others = static_cast<double>(syncs.size() - pass.near);
+  if (accepted < least_syncs || accepted < min_agreeing * others) return std::nullopt;
+  return pass;
 }
 
 // The syncs about a line that is known; then once more, now that the line has settled and its
 // outliers are known. wander_ps: by how much more than their jitter syncs may be off the line.
-std::optional<Lock> settle(std::span<const double> syncs, Line line, Gate gate, double wander_ps,
-                           std::vector<double>& scratch) {
-  for (int round = 0; round < 2; ++round) {
-    line = line.at_origin();
-    const Lock pass = gather<true>(syncs, line, gate, scratch);
-    if (!agrees(pass, syncs.size())) return std::nullopt;
-    if (round == 1) return pass;
-    line = regressed(line, pass.accepted.sums);
-    gate = {outlier_sigmas * pass.sigma_ps + wander_ps, 0, 0};
-  }
-  return std::nullopt;
+std::optional<Lock> settle(std::span<const double> syncs, const Line& line, const Gate& gate,
+                           double wander_ps, std::vector<double>& scratch) {
+  const auto pass = gather<true>(syncs, line, gate, scratch);
+  if (!pass) return std::nullopt;
+  const Line settled = regressed(pass->accepted.line, pass->accepted.sums);
+  return gather<true>(syncs, settled, {sure_deviations * pass->sigma_ps + wander_ps, 0, 0},
+                      scratch);
 }
 
 // Extends the line of a walk over ever more syncs until it goes through all of them; nothing where
@@ -198,16 +187,21 @@ std::optional<Lock> grow(std::span<const double> syncs, std::size_t seed, Line l
   Gate gate{first_window_ps(line.period_ps), 0, 0};
   std::size_t count = std::min(first_walk, syncs.size() - seed);
   while (true) {
-    const auto part = syncs.subspan(seed, count);
-    line = line.at_origin();
-    const Lock pass = gather<false>(part, line, gate, scratch);
-    if (!agrees(pass, part.size())) return std::nullopt;
-    line = regressed(line, pass.accepted.sums);
-    gate = next_gate(pass);
-    if (seed + count == syncs.size()) break;
+    const auto pass = gather<false>(syncs.subspan(seed, count), line, gate, scratch);
+    if (!pass) return std::nullopt;
+    const Sums& s = pass->accepted.sums;
+    line = regressed(pass->accepted.line, s);
+    const double slope_ps = s.sxx() > 0 ? pass->sigma_ps / std::sqrt(s.sxx()) : 0;
+    gate = {sure_deviations * pass->sigma_ps, sure_deviations * slope_ps, s.k / s.n};
+    if (seed + count == syncs.size()) return settle(syncs, line, gate, 0, scratch);
     count = std::min(count * growth, syncs.size() - seed);
   }
-  return settle(syncs, line, gate, 0, scratch);
+}
+
+// Twice, as a curvature that is still unknown widens the spread of the syncs.
+std::optional<Departure> curved_departure(std::span<const double> syncs, const Line& line) {
+  const auto first = departure(syncs, line);
+  return first ? departure(syncs, first->line) : std::nullopt;
 }
 
 // Extends the line of a walk as grow() does, along a clock whose rate changes.
@@ -215,18 +209,21 @@ std::optional<Lock> follow(std::span<const double> syncs, std::size_t seed, Line
                            std::vector<double>& scratch) {
   std::size_t count = std::min(first_walk, syncs.size() - seed);
   while (count < syncs.size() - seed) {
-    const auto curved = curved_line(syncs.subspan(seed, count), line);
+    const auto curved = curved_departure(syncs.subspan(seed, count), line);
     if (!curved) return std::nullopt;
-    line = *curved;
+    line = curved->line;
     count = std::min(count * curved_growth, syncs.size() - seed);
   }
-  const auto curved = curved_line(syncs, line);
+  const auto curved = curved_departure(syncs, line);
   if (!curved) return std::nullopt;
-  const auto medians = block_medians(syncs, *curved);
-  if (!medians) return std::nullopt;
-  const double wander_ps = medians->farthest_ps();
-  return settle(syncs, *curved, {outlier_sigmas * medians->sigma_ps + wander_ps, 0, 0}, wander_ps,
-                scratch);
+  const double window_ps = sure_deviations * curved->sigma_ps + curved->wander_ps;
+  return settle(syncs, curved->line, {window_ps, 0, 0}, curved->wander_ps, scratch);
+}
+
+// Whether most syncs are near the line, and do not depart from it by more than chance.
+bool is_straight(std::span<const double> syncs, const Line& line) {
+  const auto found = departure(syncs, line);
+  return found && found->wander_ps == 0 && found->line.curvature_per_ps == 0;
 }
 
 std::optional<Lock> lock_from(std::span<const double> syncs, std::size_t seed, double period_ps,
@@ -238,29 +235,18 @@ std::optional<Lock> lock_from(std::span<const double> syncs, std::size_t seed, d
   const auto straight = grow(syncs, seed, walk.line(), scratch);
   if (!may_curve || (straight && is_straight(syncs, straight->accepted.line))) return straight;
   const auto curved = follow(syncs, seed, walk.line(), scratch);
-  // The wide gate of a straight line about a curved clock holds some strays beside the syncs.
-  const bool holds_them =
-      curved && (!straight || curved->accepted.sums.n >= nearly_all * straight->accepted.sums.n);
-  return holds_them ? curved : straight;
+  return curved ? curved : straight;
 }
 
 }  // namespace
 
-// Tries several seeds near the beginning, as the first sync may be a stray, and two further on.
-// Doubles are seeds only where no other seed leads anywhere.
+// Tries several seeds near the beginning, as the first sync may be a stray.
 std::optional<Lock> lock(std::span<const double> syncs, double period_ps, double drift,
                          bool may_curve, std::vector<double>& scratch) {
   const std::size_t early = std::min(early_seeds, syncs.size() - least_syncs + 1);
-  for (const bool doubles : {false, true}) {
-    for (std::size_t i = 1; i <= early; ++i) {
-      const std::size_t seed = i % early;
-      if (is_double(syncs, seed, period_ps) != doubles) continue;
-      if (const auto found = lock_from(syncs, seed, period_ps, drift, may_curve, scratch))
-        return found;
-    }
-  }
-  for (const std::size_t seed : {syncs.size() / 4, syncs.size() / 2}) {
-    if (seed < early) continue;
+  for (std::size_t i = 1; i <= early; ++i) {
+    const std::size_t seed = i % early;
+    if (is_double(syncs, seed, period_ps)) continue;
     if (const auto found = lock_from(syncs, seed, period_ps, drift, may_curve, scratch))
       return found;
   }
