@@ -23,10 +23,4 @@ namespace splid::paper {
 // Cost: 2 max |g| span / width steps over the photons and period / width bins (2^18 at most).
 double fourier_velocity_mps(const TrainPhotons& photons, double width_ns, double max_speed_mps);
 
-// The power of all harmonics at one f' = (1 - g) / period: the sum of squares of the photons,
-// folded on 1 / f' and smoothed by the pulse. Each photon is shared between the two bins beside it,
-// so that the power is continuous in g. rate: g of the delay, in ns per ns. bins: of about a pulse
-// width.
-double harmonic_power(const TrainPhotons& photons, std::size_t bins, double rate);
-
 }  // namespace splid::paper

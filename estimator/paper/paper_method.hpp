@@ -77,7 +77,7 @@ class PaperMethod {
     double offset_ns;  // where the pulse is in that period
     double amplitude;  // of the pulse; the mean where several differ
   };
-  [[nodiscard]] Repetition repetition_of(const Comb& comb) const;
+  [[nodiscard]] static Repetition repetition_of(const Comb& comb);
   [[nodiscard]] Repetition subperiod_of(double nominal_ns) const;
   [[nodiscard]] TrainPhotons photons_of(const FrameView& view, const FoldedFrame& frame,
                                         std::size_t index) const;

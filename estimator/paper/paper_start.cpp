@@ -8,20 +8,9 @@
 
 namespace splid::paper {
 
-// A train whose pulses are not evenly spaced is no periodic mode of [P]. Its strongest pulse then
-// stands for all of them.
-PaperMethod::Repetition PaperMethod::repetition_of(const Comb& comb) const {
+PaperMethod::Repetition PaperMethod::repetition_of(const Comb& comb) {
   const auto pulses = static_cast<double>(comb.times_ns.size());
-  const double spacing_ns = comb.period_ns / pulses;
-  bool even = true;
-  for (std::size_t p = 0; p < comb.times_ns.size(); ++p) {
-    const double place_ns = comb.times_ns.front() + static_cast<double>(p) * spacing_ns;
-    even = even && std::abs(comb.times_ns[p] - place_ns) <= shape_.width_ns();
-  }
-  if (even) return {spacing_ns, comb.times_ns.front(), comb.total_amplitude / pulses};
-  const auto strongest = std::max_element(comb.amplitudes.begin(), comb.amplitudes.end());
-  const auto place = static_cast<std::size_t>(strongest - comb.amplitudes.begin());
-  return {comb.period_ns, comb.times_ns[place], *strongest};
+  return {comb.period_ns / pulses, comb.times_ns.front(), comb.total_amplitude / pulses};
 }
 
 // The pulses of a sub-period are where most of the pattern's light lies modulo t_k. That is at 0,

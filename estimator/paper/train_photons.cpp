@@ -1,6 +1,7 @@
 #include "estimator/paper/train_photons.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "estimator/model/units.hpp"
@@ -11,37 +12,24 @@ namespace {
 // Half of the window, which holds 99.99 % of a gaussian pulse.
 constexpr double half_window_widths = 4;
 
-std::vector<double> unwarped_ns(const TrainPhotons& photons, double velocity_mps) {
-  const double beta = velocity_mps / speed_of_light_mps;
-  const double rate = 2 * beta / (1 + beta);
-  std::vector<double> phases_ns(photons.size());
-  for (std::size_t i = 0; i < photons.size(); ++i) {
-    phases_ns[i] = fold_on(photons.phase_ns[i] - rate * photons.time_ns[i], photons.period_ns);
-  }
-  return phases_ns;
-}
-
-// The middle of the three neighbouring bins that together hold the most photons.
-double histogram_peak_ns(const std::vector<double>& phases_ns, double period_ns, double bin_ns) {
-  const auto bins = static_cast<std::size_t>(std::ceil(period_ns / bin_ns));
-  std::vector<unsigned> counts(bins);
-  const double bins_per_ns = static_cast<double>(bins) / period_ns;
-  for (const double phase_ns : phases_ns) {
-    ++counts[std::min(static_cast<std::size_t>(phase_ns * bins_per_ns), bins - 1)];
-  }
-  std::size_t peak = 0;
-  unsigned most = 0;
-  for (std::size_t k = 0; k < bins; ++k) {
-    const unsigned here =
-        counts[k == 0 ? bins - 1 : k - 1] + 2 * counts[k] + counts[k + 1 < bins ? k + 1 : 0];
-    if (here <= most) continue;
-    most = here;
-    peak = k;
-  }
-  return (static_cast<double>(peak) + 0.5) / bins_per_ns;
-}
-
 }  // namespace
+
+std::vector<double> smoothed_fold(const TrainPhotons& photons, std::size_t bins, double rate) {
+  std::vector<double> counts(bins);
+  for (std::size_t i = 0; i < photons.size(); ++i) {
+    const double turns = (photons.phase_ns[i] - rate * photons.time_ns[i]) / photons.period_ns;
+    const double place = (turns - std::floor(turns)) * static_cast<double>(bins);
+    const auto bin = std::min(static_cast<std::size_t>(place), bins - 1);
+    const double rest = place - static_cast<double>(bin);
+    counts[bin] += 1 - rest;
+    counts[bin + 1 < bins ? bin + 1 : 0] += rest;
+  }
+  std::vector<double> smooth(bins);
+  for (std::size_t k = 0; k < bins; ++k) {
+    smooth[k] = counts[k > 0 ? k - 1 : bins - 1] + 2 * counts[k] + counts[k + 1 < bins ? k + 1 : 0];
+  }
+  return smooth;
+}
 
 Cluster find_largest_cluster(const std::vector<double>& points_ns,
                              const std::vector<double>& weights, double period_ns,
@@ -95,11 +83,18 @@ FoldedPeak find_folded_peak(const TrainPhotons& photons, double velocity_mps,
   const double half_ns = half_window_widths * bin_ns;
   FoldedPeak peak;
   if (photons.size() == 0 || period_ns <= 4 * half_ns) return peak;
-  const std::vector<double> phases_ns = unwarped_ns(photons, velocity_mps);
+  const double rate = walk_ns_at(velocity_mps, 1);
+  std::vector<double> phases_ns(photons.size());
+  for (std::size_t i = 0; i < photons.size(); ++i) {
+    phases_ns[i] = fold_on(photons.phase_ns[i] - rate * photons.time_ns[i], period_ns);
+  }
 
   // Background pulls the mean towards the window's middle, so the window is laid about the mean
   // again and again, until it settles on the peak.
-  double centre_ns = histogram_peak_ns(phases_ns, period_ns, bin_ns);
+  const auto fold =
+      smoothed_fold(photons, static_cast<std::size_t>(std::ceil(period_ns / bin_ns)), rate);
+  const auto highest = std::max_element(fold.begin(), fold.end()) - fold.begin();
+  double centre_ns = period_ns * static_cast<double>(highest) / static_cast<double>(fold.size());
   double inside = 0;
   for (int round = 0; round < 5; ++round) {
     double offsets_ns = 0;

@@ -26,6 +26,11 @@ struct TrainPhotons {
 // A train is folded on so many bins at most.
 inline constexpr double most_fold_bins = 0x1p18;
 
+// The photons folded on 1 / f' for one f' = (1 - g) / period, in bins of about a pulse width, and
+// smoothed by 1, 2, 1, as the pulse is. Bin k is about k / bins turns. Each photon is shared
+// between the two bins beside it, so that the fold is continuous in g. rate: g, in ns per ns.
+std::vector<double> smoothed_fold(const TrainPhotons& photons, std::size_t bins, double rate);
+
 // The place on a circle of period_ns where the most weight lies within width_ns.
 struct Cluster {
   double begin_ns = 0;   // in [0, period)

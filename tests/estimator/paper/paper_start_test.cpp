@@ -149,16 +149,5 @@ TEST(PaperStart, ATargetAtRestHasNoVelocity) {
   EXPECT_NEAR(start->delay_ns, scene.delay_start_ns(), 0.1);
 }
 
-// An even train whose pulses are only in part there is none; its strongest pulse stands for it.
-TEST(PaperStart, TheStrongestPulseStandsForAnUnevenTrain) {
-  test::FrameMaker made = test::simulated_scene(make_periodic(Mode::baseline, 3780000), 0);
-  made.pattern.segments = {{3780000, {500000, 700000}, {0.2, 1.8}, 0}};
-  made.signal_per_pulse *= 20;
-  const test::PaperScene scene(made, 1);
-  const auto start = start_of(scene);
-  ASSERT_TRUE(start.has_value());
-  EXPECT_NEAR(start->delay_ns, scene.delay_start_ns(), 0.5);
-}
-
 }  // namespace
 }  // namespace splid::paper
