@@ -141,7 +141,7 @@ bool RigidScene::fit(const RigidFrame& frame, const Velocity& start) {
   if (members_.size() < 2) return false;
   Terms at(start.mps, 0, 0);
   if (!keep_fitting(1, at)) return false;
-  if (members_.size() < least_turning || shared_.more_nats < turning_nats) return true;
+  if (members_.size() < least_turning || shared_.more_nats < certain_nats) return true;
   return keep_fitting(most_terms, at);
 }
 
@@ -168,7 +168,7 @@ void RigidScene::take_members(const RigidFrame& frame, const Velocity& about) {
     const FrameView still = at_rest(view, about.mps);
     const Estimate known = at_rest_.estimate(still);
     const bool leaves =
-        has_value(own) && own.significance_nats > known.significance_nats + leaving_nats;
+        has_value(own) && own.significance_nats > known.significance_nats + certain_nats;
     if (!leaves && known.has_values) add_member(frame, k, known, still);
   }
 }
@@ -225,7 +225,7 @@ std::size_t RigidScene::report(const RigidFrame& frame, int body) {
     TargetTrack track = is_fitted ? where_fitted(*fitted, still, own) : TargetTrack{};
     Estimate known = at_rest_.estimate(still, is_fitted ? &track : nullptr);
     if (!known.has_values) continue;
-    if (has_value(own) && own.significance_nats > known.significance_nats + leaving_nats) continue;
+    if (has_value(own) && own.significance_nats > known.significance_nats + certain_nats) continue;
     set_moving(known, view, velocity, reference_);
     own = known;
     frame.bodies[k] = body;

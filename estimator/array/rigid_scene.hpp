@@ -26,9 +26,9 @@ struct RigidFrame {
 // velocity has the deviation of all photons of the body.
 //
 // The velocity comes from the estimates that the pixels have alone; where these do not tell it at
-// the risk `range_risk`, from the best cells of each pixel. A pixel that disagrees by eight nats
-// (four deviations) keeps its own; those that agree with each other are the next body. A body turns
-// where a velocity that changes evenly over the field gains nine nats.
+// the risk `range_risk`, from the best cells of each pixel. A pixel that disagrees by certain_nats
+// keeps its own; those that agree with each other are the next body. A body turns where a velocity
+// that changes evenly over the field gains as much.
 //
 // Errors: as FrameEstimator's constructor.
 class RigidScene {
@@ -44,8 +44,6 @@ class RigidScene {
   // A frame of as many pixels as there are directions. Returns the number of bodies.
   std::size_t estimate(const RigidFrame& frame);
 
-  static constexpr double leaving_nats = 8;
-  static constexpr double turning_nats = 9;  // one frame in 10,000 of a body that does not turn
   static constexpr std::size_t most_bodies = 4;
 
  private:
