@@ -15,11 +15,8 @@ constexpr int most_rounds = 16;
 // After so many rounds the ends of the table are kept: they are settled to within noise, which
 // would go on moving them to and fro.
 constexpr int stacking_rounds = 4;
-// A time is settled when it moves by less than a tenth of the best time's deviation, or, where
-// photons are many, by so little that it does not matter.
-constexpr double settled_deviations = 0.1;
+// A time that moves by less of a width is settled.
 constexpr double settled_widths = 1e-3;
-constexpr double agreeing_widths = 0.2;  // of the pulses of two inputs
 
 // Moves the shape so that its pulse_point_ps() is at 0, and the times the other way.
 void centre(FoldModel& model) {
@@ -28,11 +25,6 @@ void centre(FoldModel& model) {
   table.first_ps -= point_ps;
   for (double& time_ps : model.times_ps) time_ps += point_ps;
   model.set_table(table);
-}
-
-double settled_ps(const FoldModel& model) {
-  const double most = *std::max_element(model.counts.begin(), model.counts.end());
-  return model.width_ps() * std::max(settled_widths, settled_deviations / std::sqrt(most));
 }
 
 bool settle(FoldModel& model) {
@@ -50,7 +42,7 @@ bool settle(FoldModel& model) {
     for (std::size_t p = 0; p < model.pulses(); ++p) {
       moved_ps = std::max(moved_ps, std::abs(model.times_ps[p] - before_ps[p]));
     }
-    if (moved_ps < settled_ps(model)) return true;
+    if (moved_ps < settled_widths * model.width_ps()) return true;
   }
   return false;
 }
@@ -171,8 +163,7 @@ std::optional<InputShift> shift_between(const Calibration& first, const Calibrat
     }
   }
   const double noise_ps = best->std_ps * std::sqrt(static_cast<double>(pulses));
-  const double agreeing_ps = std::max(agreeing_widths * first.width_ps, sure_deviations * noise_ps);
-  if (best->rms_ps > agreeing_ps) return std::nullopt;
+  if (best->rms_ps > std::max(first.width_ps, sure_deviations * noise_ps)) return std::nullopt;
   return best;
 }
 

@@ -48,8 +48,7 @@ struct Calibration {
 
 // Finds pulse times, amplitudes and the shape by maximum likelihood of the folded photons: in turn
 // the shape, from all pulses laid upon each other, and a fit with that shape, until no time moves
-// by more than a tenth of its own deviation, or a thousandth of the width. Absent where no pulse
-// stands out of the background.
+// by more than a thousandth of the width. Absent where no pulse stands out of the background.
 //
 // fold: that of a target at rest. width_ps: standard deviation of a detected pulse, to within a
 // factor of two; see find_pulses(). Allocates; takes some seconds for folds of 10^7 bins.
@@ -77,7 +76,7 @@ struct InputShift {
 
 // The shift that brings the second input's pulses onto those of the first. Absent where the inputs
 // do not have the same number of pulses, or where at no shift all pulses fall on one another, to
-// within a fifth of a pulse width or five of their own deviations. Of shifts that are equally good,
+// within a pulse width or five of their own deviations. Of shifts that are equally good,
 // as an even comb has them, the smallest is taken.
 std::optional<InputShift> shift_between(const Calibration& first, const Calibration& second);
 

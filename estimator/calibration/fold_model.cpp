@@ -12,10 +12,9 @@ namespace splid::calibration {
 namespace {
 
 TabulatedPulse gaussian_table(double width_ps) {
-  constexpr double reach_widths = 5;
   constexpr int steps_per_width = 4;
-  constexpr int half = static_cast<int>(reach_widths) * steps_per_width;
-  TabulatedPulse table{-reach_widths * width_ps, width_ps / steps_per_width, {}};
+  constexpr int half = static_cast<int>(pulse_reach_widths) * steps_per_width;
+  TabulatedPulse table{-pulse_reach_widths * width_ps, width_ps / steps_per_width, {}};
   for (int j = -half; j <= half; ++j) {
     const double x = static_cast<double>(j) / steps_per_width;
     table.density.push_back(std::exp(-0.5 * x * x));
@@ -127,15 +126,6 @@ double FoldModel::total_counts() const {
 }
 
 double FoldModel::width_ps() const { return shape_->width_ns() / ns_per_ps; }
-
-double FoldModel::median_gap_ps() const {
-  std::vector<double> gaps;
-  for (std::size_t p = 1; p < pulses(); ++p) gaps.push_back(times_ps[p] - times_ps[p - 1]);
-  gaps.push_back(times_ps.front() + period_ps_ - times_ps.back());
-  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
-  std::nth_element(gaps.begin(), middle, gaps.end());
-  return *middle;
-}
 
 void FoldModel::set_table(const TabulatedPulse& table) {
   table_ = table;

@@ -54,8 +54,6 @@ class FoldModel {
   [[nodiscard]] const TabulatedPulse& table() const { return table_; }
   // Standard deviation of a gaussian whose peak is as high as the shape's.
   [[nodiscard]] double width_ps() const;
-  // Median distance from a pulse to the next one; for a single pulse the period.
-  [[nodiscard]] double median_gap_ps() const;
 
   void set_table(const TabulatedPulse& table);
   // The photons expected in each bin, by the present values. Valid until the next call.

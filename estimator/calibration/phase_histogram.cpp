@@ -8,7 +8,6 @@ namespace {
 
 constexpr double bins_per_width = 32;
 constexpr double most_bins = 1 << 23;
-constexpr double least_bins = 64;
 
 }  // namespace
 
@@ -32,7 +31,7 @@ std::size_t FramePhase::bin_of(std::int64_t photon_ps, std::size_t bins) const {
 
 PhaseHistogram::PhaseHistogram(double period_ps, double width_ps) {
   const double bins = std::ceil(period_ps / width_ps * bins_per_width);
-  counts_.resize(static_cast<std::size_t>(std::clamp(bins, least_bins, most_bins)));
+  counts_.resize(static_cast<std::size_t>(std::min(bins, most_bins)));
 }
 
 void PhaseHistogram::add(const FrameView& frame) {

@@ -14,7 +14,6 @@ namespace {
 // among the 10^5 places of a long pattern, stays below 5; 8 leaves room for a background that is
 // not flat.
 constexpr double outstanding_deviations = 8;
-constexpr double half_window_widths = 1.5;
 // The twentieth of the strongest pulse keeps that pulse's own tail out.
 constexpr double least_of_strongest = 0.05;
 
@@ -34,7 +33,7 @@ class Finder {
         width_ps_(width_ps),
         bin_ps_(fold.bin_ps()),
         period_ps_(fold.period().period_ps),
-        half_(std::max<std::ptrdiff_t>(1, std::lround(half_window_widths * width_ps / bin_ps_))) {}
+        half_(std::max<std::ptrdiff_t>(1, std::lround(half_pulse_widths * width_ps / bin_ps_))) {}
 
   std::vector<FoundPulse> find() {
     if (fold_.photons() == 0 || static_cast<std::ptrdiff_t>(fold_.bins()) <= 2 * half_ + 1) {
@@ -80,15 +79,6 @@ class Finder {
     }
   }
 
-  // Whether no place within the window has more photons.
-  [[nodiscard]] bool is_top(std::size_t bin) const {
-    const auto middle = static_cast<std::ptrdiff_t>(bin);
-    for (std::ptrdiff_t k = middle - half_; k <= middle + half_; ++k) {
-      if (near_[fold_.wrapped(k)] > near_[bin]) return false;
-    }
-    return true;
-  }
-
   // The places at which photons stand out, those with the most photons first.
   [[nodiscard]] std::vector<std::size_t> places() const {
     const double strongest = *std::max_element(near_.begin(), near_.end()) - background_;
@@ -96,7 +86,7 @@ class Finder {
                                                 least_of_strongest * strongest);
     std::vector<std::size_t> order;
     for (std::size_t k = 0; k < near_.size(); ++k) {
-      if (near_[k] > least && is_top(k)) order.push_back(k);
+      if (near_[k] > least) order.push_back(k);
     }
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return near_[a] > near_[b]; });

@@ -7,6 +7,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "estimator/model/chance.hpp"
+#include "estimator/model/pulse_shape.hpp"
 
 namespace splid::calibration {
 namespace {
@@ -14,7 +15,6 @@ namespace {
 constexpr std::size_t most_slices = 64;
 constexpr std::size_t least_slice_bins = 64;
 constexpr std::size_t most_slice_bins = 1 << 17;
-constexpr double moving_bins = 3;
 
 // The straight line through shifts, by their weights.
 struct ShiftLine {
@@ -141,7 +141,7 @@ std::optional<TargetMotion::Motion> TargetMotion::motion() const {
       std::minmax_element(places.begin(), places.end(),
                           [](const Shift& a, const Shift& b) { return a.later_ps < b.later_ps; });
   const double moved_ps = high->later_ps - low->later_ps;
-  if (moved_ps < moving_bins * bin_ps_) return std::nullopt;
+  if (moved_ps < half_pulse_widths * bin_ps_) return std::nullopt;
   const ShiftLine line(places);
   // The variance is at least that of rounding to bins.
   const double variance =

@@ -38,7 +38,7 @@ class TargetMotion {
     double delay_rate_ps_per_s = 0;      // of the straight line through all places
     double std_delay_rate_ps_per_s = 0;  // by the spread of the places about that line
   };
-  // Absent where nothing moves by three bins, each about a pulse width, or where photons are too
+  // Absent where nothing moves by two bins, each about a pulse width, or where photons are too
   // few to tell.
   [[nodiscard]] std::optional<Motion> motion() const;
 

@@ -13,7 +13,6 @@ namespace {
 
 using Window = FoldModel::Window;
 
-constexpr double reach_before_widths = 8;
 constexpr double reach_after_widths = 200;  // of a tail: 20 ns for a pulse of 100 ps
 constexpr std::size_t longest_run = 64;
 constexpr int sharpening_rounds = 15;
@@ -31,13 +30,13 @@ double step_ps(const FoldModel& model) {
 // An empty stack that goes as far to either side as a pulse may reach.
 StackedPhotons wide_stack(const FoldModel& model) {
   const double width_ps = model.width_ps();
-  const double gap_ps = model.median_gap_ps();
+  const double gap_ps = model.period_ps() / static_cast<double>(model.pulses());
   const double after_ps =
       std::max(pulse_reach_widths * width_ps,
-               std::min(gap_ps - reach_before_widths * width_ps, reach_after_widths * width_ps));
+               std::min(gap_ps - pulse_reach_widths * width_ps, reach_after_widths * width_ps));
   StackedPhotons stack;
   stack.step_ps = step_ps(model);
-  const double before = std::ceil(reach_before_widths * width_ps / stack.step_ps);
+  const double before = std::ceil(pulse_reach_widths * width_ps / stack.step_ps);
   stack.first_ps = -before * stack.step_ps;
   stack.net.resize(static_cast<std::size_t>(before + std::ceil(after_ps / stack.step_ps)) + 1);
   stack.variance.resize(stack.net.size());
