@@ -2,254 +2,127 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <limits>
+#include <numbers>
+#include <numeric>
+#include <vector>
 
+#include "estimator/model/pulse_train.hpp"
 #include "estimator/model/units.hpp"
+#include "protocol/pattern_side_lobes.hpp"
 
 namespace splid::calibration {
 namespace {
 
-constexpr std::size_t max_pulses = 2'000;
-constexpr std::size_t max_shifts = 4'096;
+constexpr std::size_t most_pulses = 2'000;
+constexpr std::size_t most_shifts = 4'096;
 constexpr double nats_to_tell = 20;
-constexpr double same_widths = 4;  // shifts that are no further apart count as the same
-constexpr double steps_a_width = 8;
 
-// A segment of the pattern, and its share of the pattern's light.
-struct Part {
-  const PatternSegment& segment;
-  double share;
+// A pattern against itself at a shift.
+struct OnItself {
+  double nats = 0;              // that a photon tells against the shift
+  double near = 0, off_ns = 0;  // the light of pulses that coincide, and how late it is
 };
 
-// What the light x of a pulse of amplitude a tells against the light y of a pulse of amplitude b
-// that is `off` later, both over a background of `dark` per ns: the integral of x log(x / y) - x +
-// y. Either amplitude may be zero.
-class PulseContrast {
- public:
-  PulseContrast(const PulseShape& shape, double dark_per_ns)
-      : shape_(shape),
-        dark_per_ns_(dark_per_ns),
-        step_ns_(shape.width_ns() / steps_a_width),
-        first_ns_(std::max(shape.first_ns(),
-                           shape.peak_offset_ns() - pulse_reach_widths * shape.width_ns())),
-        last_ns_(std::min(shape.last_ns(),
-                          shape.peak_offset_ns() + 4 * pulse_reach_widths * shape.width_ns())) {}
-
-  [[nodiscard]] double of(double a, double b, double off_ns) const {
-    const double from = std::min(first_ns_, first_ns_ + off_ns);
-    const double to = std::max(last_ns_, last_ns_ + off_ns);
-    double sum = 0;
-    const auto steps = static_cast<int>(std::ceil((to - from) / step_ns_));
-    for (int step = 0; step < steps; ++step) {
-      const double t = from + (step + 0.5) * step_ns_;
-      const double x = (a > 0 ? a * std::exp(shape_.log_h(t)) : 0) + dark_per_ns_;
-      const double y = (b > 0 ? b * std::exp(shape_.log_h(t - off_ns)) : 0) + dark_per_ns_;
-      sum += x * std::log(x / y) - x + y;
-    }
-    return sum * step_ns_;
-  }
-
- private:
-  const PulseShape& shape_;
-  double dark_per_ns_;
-  double step_ns_;
-  double first_ns_, last_ns_;
-};
-
-// Which pulse of a segment is nearest to a time, around the circle, and how far before it that time
-// lies.
-struct Nearest {
-  std::size_t pulse;
-  double off_ps;
-};
-
-Nearest nearest(const PatternSegment& segment, double time_ps) {
-  const std::vector<double>& times = segment.pulse_times_ps;
-  const double at = time_ps - segment.period_ps * std::floor(time_ps / segment.period_ps);
-  const auto next = std::lower_bound(times.begin(), times.end(), at);
-  const std::size_t after =
-      next == times.end() ? 0 : static_cast<std::size_t>(next - times.begin());
-  const std::size_t before = after == 0 ? times.size() - 1 : after - 1;
-  const double to_after = std::remainder(times[after] - at, segment.period_ps);
-  const double to_before = std::remainder(times[before] - at, segment.period_ps);
-  return std::abs(to_after) <= std::abs(to_before) ? Nearest{after, to_after}
-                                                   : Nearest{before, to_before};
-}
-
-// The mean distance by which the shifted pulses of all parts lie before the pulses that they fall
-// on. Pulses that fall on none do not count.
-double mean_off_ps(const std::vector<Part>& parts, double shift_ps, double tolerance_ps) {
-  double sum = 0, light = 0;
-  for (const Part& part : parts) {
-    const PatternSegment& segment = part.segment;
-    for (std::size_t p = 0; p < segment.pulse_times_ps.size(); ++p) {
-      const Nearest on = nearest(segment, segment.pulse_times_ps[p] + shift_ps);
-      if (std::abs(on.off_ps) > tolerance_ps) continue;
-      const double weight = part.share * segment.amplitudes[p];
-      sum += weight * on.off_ps;
-      light += weight;
+OnItself on_itself(const PulseTrain& train, double shift_ns, double width_ns, double most_nats) {
+  OnItself sums;
+  for (const PulseTrain::Segment& segment : train.segments) {
+    const Comb& comb = segment.comb;
+    const double turns = (segment.end_ns - segment.begin_ns) / comb.period_ns;
+    const double share = turns / (train.amplitude_per_ns * train.period_ns);
+    for (std::size_t p = 0; p < comb.times_ns.size(); ++p) {
+      const double light = share * comb.amplitudes[p];
+      const double off_ns = -comb.to_nearest_ns(comb.times_ns[p] + shift_ns);
+      const double nats = std::pow(off_ns / width_ns, 2) / 2;
+      sums.nats += light * std::min(nats, most_nats);
+      if (std::abs(off_ns) > pulse_reach_widths * width_ns) continue;
+      sums.near += light;
+      sums.off_ns += light * off_ns;
     }
   }
-  return light > 0 ? sum / light : 0;
+  return sums;
 }
 
-// What a segment tells against itself when it is shifted, for each unit of its amplitude.
-// deviations: the standard deviations of its times, or empty.
-double segment_nats(const PatternSegment& segment, const std::vector<double>& std_ps,
-                    double shift_ps, const PulseContrast& contrast, double width_ps) {
-  const std::size_t pulses = segment.pulse_times_ps.size();
-  const double within_ps = 2 * pulse_reach_widths * width_ps;
-  std::vector<bool> is_met(pulses);
-  // A pulse that falls on no other tells the same at every place, and so does a pulse that no other
-  // falls on. So these values are kept by amplitude.
-  double alone_of = -1, alone = 0, new_of = -1, anew = 0;
-  double nats = 0, light = 0, noise = 0;
+std::vector<double> shifts_ns(const Pattern& pattern, const PulseTrain& train, double width_ns) {
+  std::vector<double> shifts;
+  if (train.single()) {
+    const auto highest = highest_side_lobe(pattern, 2 * width_ns / ns_per_ps);
+    if (highest) shifts.push_back(highest->shift_ps * ns_per_ps);
+    const std::vector<double>& times_ns = train.segments.front().comb.times_ns;
+    for (const double time_ns : times_ns) shifts.push_back(time_ns - times_ns.front());
+  }
+  for (const PulseTrain::Segment& segment : train.segments) {
+    double shift_ns = segment.comb.period_ns;
+    for (; shift_ns < train.circle_ns && shifts.size() < most_shifts;
+         shift_ns += segment.comb.period_ns) {
+      shifts.push_back(shift_ns);
+    }
+  }
+  return shifts;
+}
+
+// What the photons of the recording tell of the pattern against the same pattern turned by so many
+// pulses. The calibration's own deviations make a part of the differences, which is taken off.
+double nats_against(const Calibration& found, std::size_t turned) {
+  const std::size_t pulses = found.pulses.size();
+  const double shift_ps =
+      found.period_ps * static_cast<double>(turned) / static_cast<double>(pulses);
+  double chi_squared = 0;
   for (std::size_t p = 0; p < pulses; ++p) {
-    // The light is that of the pattern itself; the shifted pattern is compared with it.
-    const Nearest on = nearest(segment, segment.pulse_times_ps[p] - shift_ps);
-    const double a = segment.amplitudes[p];
-    light += a;
-    if (std::abs(on.off_ps) > within_ps) {
-      if (a != alone_of) alone = contrast.of(alone_of = a, 0, 0);
-      nats += alone;
-      continue;
-    }
-    is_met[on.pulse] = true;
-    nats += contrast.of(a, segment.amplitudes[on.pulse], on.off_ps * ns_per_ps);
-    if (!std_ps.empty()) {
-      noise += a * (std_ps[p] * std_ps[p] + std_ps[on.pulse] * std_ps[on.pulse]);
-    }
+    const CalibratedPulse& own = found.pulses[p];
+    const CalibratedPulse& other = found.pulses[(p + turned) % pulses];
+    const double later_ps = std::remainder(other.time_ps - own.time_ps - shift_ps, found.period_ps);
+    const double time = later_ps / own.std_time_ps;
+    const double amplitude = (other.amplitude - own.amplitude) / own.std_amplitude;
+    chi_squared += time * time + amplitude * amplitude;
   }
-  for (std::size_t q = 0; q < pulses; ++q) {
-    if (is_met[q]) continue;
-    const double b = segment.amplitudes[q];
-    if (b != new_of) anew = contrast.of(0, new_of = b, 0);
-    nats += anew;
-  }
-  return std::max(0.0, nats - noise / (2 * width_ps * width_ps)) / light;
-}
-
-// The shifts worth a look: differences of two pulse times around the circle, ascending. Where there
-// are many, those that most pairs of pulses share.
-std::vector<double> shifts_of(const PatternSegment& segment, double same_ps, std::size_t most) {
-  std::vector<double> all;
-  for (const double from : segment.pulse_times_ps) {
-    for (const double to : segment.pulse_times_ps) {
-      const double apart = to - from;
-      if (apart != 0) all.push_back(apart > 0 ? apart : apart + segment.period_ps);
-    }
-  }
-  std::sort(all.begin(), all.end());
-  struct Lobe {
-    std::size_t pairs;
-    double shift_ps;
-  };
-  std::vector<Lobe> lobes;
-  for (std::size_t begin = 0; begin < all.size();) {
-    std::size_t end = begin;
-    while (end < all.size() && all[end] - all[begin] <= same_ps) ++end;
-    lobes.push_back({end - begin, all[begin + (end - begin) / 2]});
-    begin = end;
-  }
-  std::sort(lobes.begin(), lobes.end(), [](const Lobe& a, const Lobe& b) {
-    return a.pairs != b.pairs ? a.pairs > b.pairs : a.shift_ps < b.shift_ps;
-  });
-  lobes.resize(std::min(lobes.size(), most));
-  std::vector<double> shifts;
-  shifts.reserve(lobes.size());
-  for (const Lobe& lobe : lobes) shifts.push_back(lobe.shift_ps);
-  return shifts;
-}
-
-// The shifts worth a look of segments that are played in turn: the shifts of each segment, and
-// these and whole periods of the segment added up, up to the range.
-std::vector<double> shifts_in_turn(const Pattern& pattern, double same_ps, std::size_t most) {
-  std::vector<double> shifts;
-  for (const PatternSegment& segment : pattern.segments) {
-    std::vector<double> within = shifts_of(segment, same_ps, most);
-    within.push_back(segment.period_ps);
-    for (const double shift : within) {
-      for (double at = shift;
-           at < pattern.unambiguous_delay_ps - same_ps && shifts.size() < max_shifts;
-           at += segment.period_ps) {
-        if (at > same_ps) shifts.push_back(at);
-      }
-    }
-  }
-  std::sort(shifts.begin(), shifts.end());
-  return shifts;
-}
-
-std::vector<Part> parts_of(const Pattern& pattern) {
-  std::vector<Part> parts;
-  double all = 0;
-  for (const PatternSegment& segment : pattern.segments) {
-    double light = 0;
-    for (const double amplitude : segment.amplitudes) light += amplitude;
-    light *= pattern.segments.size() == 1 ? 1 : static_cast<double>(segment.repeats);
-    parts.push_back({segment, light});
-    all += light;
-  }
-  for (Part& part : parts) part.share /= all;
-  return parts;
+  const double by_chance = 4 * static_cast<double>(pulses - 1);
+  return std::max(0.0, chi_squared - by_chance) / 2;
 }
 
 }  // namespace
 
-std::vector<SideLobe> side_lobes(const Pattern& pattern, const PulseShape& shape,
-                                 const PatternLight& light, std::size_t most) {
+double SideLobe::photons_to_tell() const { return nats_to_tell / nats_per_photon; }
+
+std::optional<SideLobe> hardest_delay(const Pattern& pattern, const PulseShape& shape,
+                                      double background_per_signal) {
   for (const PatternSegment& segment : pattern.segments) {
-    if (segment.pulse_times_ps.size() > max_pulses) return {};
+    if (segment.pulse_times_ps.size() > most_pulses) return std::nullopt;
   }
-  const double width_ps = shape.width_ns() / ns_per_ps;
-  const double same_ps = same_widths * width_ps;
-  const bool single = pattern.segments.size() == 1;
-  const std::vector<Part> parts = parts_of(pattern);
-  // Without any background a single photon would settle what in truth takes several.
-  const PulseContrast contrast(shape, std::max(light.background_per_signal, 1e-4));
-  const std::vector<double> std_ps = single && pattern.calibration
-                                         ? pattern.calibration->std_pulse_times_ps
-                                         : std::vector<double>();
-  std::vector<SideLobe> found;
-  for (double shift_ps : single ? shifts_of(pattern.segments.front(), same_ps, most)
-                                : shifts_in_turn(pattern, same_ps, most)) {
-    shift_ps += mean_off_ps(parts, shift_ps, 8 * width_ps);
-    double nats = 0;
-    for (const Part& part : parts) {
-      nats += part.share * segment_nats(part.segment, std_ps, shift_ps, contrast, width_ps);
-    }
-    const bool is_known = std::any_of(found.begin(), found.end(), [&](const SideLobe& other) {
-      return std::abs(other.shift_ps - shift_ps) < same_ps;
-    });
-    if (!is_known) found.push_back({shift_ps, nats});
+  const PulseTrain train(pattern);
+  const double width_ns = shape.width_ns();
+  // The mean of log(h / background) over a gaussian.
+  const double h_per_ns = 1 / (width_ns * std::sqrt(2 * std::numbers::pi * std::numbers::e));
+  const double most_nats =
+      std::max(1.0, std::log(h_per_ns / std::max(background_per_signal, 1e-4)));
+  double noise = 0;
+  if (train.single() && pattern.calibration) {
+    const std::vector<double>& std_ps = pattern.calibration->std_pulse_times_ps;
+    const double squares = std::inner_product(std_ps.begin(), std_ps.end(), std_ps.begin(), 0.0);
+    const auto pulses = static_cast<double>(std::max<std::size_t>(1, std_ps.size()));
+    noise = squares / pulses * std::pow(ns_per_ps / width_ns, 2);
   }
-  std::sort(found.begin(), found.end(), [](const SideLobe& a, const SideLobe& b) {
-    return a.nats_per_photon != b.nats_per_photon ? a.nats_per_photon < b.nats_per_photon
-                                                  : a.shift_ps < b.shift_ps;
-  });
-  found.resize(std::min(found.size(), most));
-  return found;
+  std::optional<SideLobe> hardest;
+  const double apart_ps = pulse_reach_widths * width_ns / ns_per_ps;
+  for (double shift_ns : shifts_ns(pattern, train, width_ns)) {
+    const OnItself there = on_itself(train, shift_ns, width_ns, most_nats);
+    if (there.near > 0) shift_ns -= there.off_ns / there.near;
+    const double shift_ps = shift_ns / ns_per_ps;
+    if (shift_ps < apart_ps || shift_ps > pattern.unambiguous_delay_ps - apart_ps) continue;
+    const double nats = on_itself(train, shift_ns, width_ns, most_nats).nats - noise;
+    if (hardest && nats >= hardest->nats_per_photon) continue;
+    hardest = SideLobe{shift_ps, std::max(0.0, nats)};
+  }
+  return hardest;
 }
 
-double photons_to_tell(const SideLobe& delay) {
-  return delay.nats_per_photon > 0 ? nats_to_tell / delay.nats_per_photon
-                                   : std::numeric_limits<double>::infinity();
-}
-
-std::optional<double> even_spacing_ps(const std::vector<SideLobe>& delays,
-                                      double unambiguous_delay_ps, double signal_photons,
-                                      double width_ps) {
-  double least_ps = unambiguous_delay_ps;
-  for (const SideLobe& delay : delays) {
-    if (photons_to_tell(delay) <= signal_photons) continue;
-    least_ps = std::min({least_ps, delay.shift_ps, unambiguous_delay_ps - delay.shift_ps});
+std::size_t ranges_alike(const Calibration& calibration, double frame_s) {
+  const std::size_t pulses = calibration.pulses.size();
+  for (std::size_t turned = 1; turned < pulses; ++turned) {
+    if (pulses % turned != 0) continue;
+    const double nats = nats_against(calibration, turned) * frame_s / calibration.seconds;
+    if (nats < nats_to_tell) return pulses / turned;
   }
-  const double turns = std::round(unambiguous_delay_ps / least_ps);
-  if (turns < 2) return std::nullopt;
-  const double spacing_ps = unambiguous_delay_ps / turns;
-  if (std::abs(spacing_ps - least_ps) > width_ps) return std::nullopt;
-  return spacing_ps;
+  return 1;
 }
 
 }  // namespace splid::calibration

@@ -15,9 +15,9 @@
 #include "daemon/stream/framer.hpp"
 #include "daemon/stream/framer_sink.hpp"
 #include "daemon/stream/sync_diagnosis.hpp"
-#include "daemon/study/calibration/side_lobe_report.hpp"
 #include "drivers/replay/replay.hpp"
 #include "estimator/calibration/pulse_finder.hpp"
+#include "estimator/calibration/side_lobes.hpp"
 #include "estimator/model/units.hpp"
 #include "protocol/error.hpp"
 
@@ -270,17 +270,12 @@ double delay_to_target_ps(const Config& config, const Plan& plan, const Pattern&
 // For evenly or nearly evenly spaced pulses: sets the mode ambiguous, with the range that the light
 // of a frame leaves.
 void judge_range(const Config& config, const Calibration& found, Pattern& pattern) {
-  if (pattern.mode == Mode::ambiguous || found.pulses.size() < 2 || !(found.seconds > 0)) return;
-  const auto shape = make_tabulated(found.shape);
-  const auto delays =
-      side_lobes(pattern, *shape, light_of(pattern, found.background_per_ps * found.period_ps));
-  const double photons = found.signal_photons / found.seconds * config.frame.length_ms * 1e-3;
-  const auto spacing_ps =
-      even_spacing_ps(delays, pattern.unambiguous_delay_ps, photons, found.width_ps);
-  if (!spacing_ps) return;
+  if (pattern.mode == Mode::ambiguous) return;
+  const std::size_t alike = ranges_alike(found, config.frame.length_ms * 1e-3);
+  if (alike == 1) return;
   pattern.mode = Mode::ambiguous;
   pattern.subperiods_ps.clear();
-  pattern.unambiguous_delay_ps = *spacing_ps;
+  pattern.unambiguous_delay_ps /= static_cast<double>(alike);
 }
 
 // Calibrates from the photons of one input alone.

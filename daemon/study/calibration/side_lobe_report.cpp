@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "daemon/base/text.hpp"
+#include "estimator/calibration/side_lobes.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid::calibration {
@@ -27,29 +28,19 @@ std::unique_ptr<PulseShape> shape_of(const Pattern& pattern, const PulseOptions&
   return make_gaussian(pulse.sigma_ps * ns_per_ps);
 }
 
-PatternLight light_of(const Pattern& pattern, double background_photons) {
-  const double period_ns = pattern_period_ps(pattern) * ns_per_ps;
-  const double a_pulse = pattern.calibration->signal_photons /
-                         static_cast<double>(std::max<std::size_t>(1, pulses_per_period(pattern)));
-  return {std::max(0.0, background_photons) / period_ns / a_pulse};
-}
-
-std::optional<SideLobe> hardest_delay(const Pattern& pattern, const PulseShape& shape,
-                                      const PatternLight& light) {
-  if (pattern.mode == Mode::ambiguous) return std::nullopt;
-  const auto delays = side_lobes(pattern, shape, light, 16);
-  return delays.empty() ? std::nullopt : std::optional(delays.front());
-}
-
 std::string describe_side_lobe(const Pattern& pattern, const PulseShape& shape, double length_ms) {
-  PatternLight light;
+  if (pattern.mode == Mode::ambiguous) return {};
   const CalibrationFacts* facts = pattern.calibration ? &*pattern.calibration : nullptr;
+  double background_per_signal = usual_background_per_signal;
   if (facts != nullptr && facts->signal_photons > 0) {
-    light = light_of(pattern, static_cast<double>(facts->photons) - facts->signal_photons);
+    const double photons = static_cast<double>(facts->photons) - facts->signal_photons;
+    const double a_pulse = facts->signal_photons / static_cast<double>(pulses_per_period(pattern));
+    background_per_signal =
+        std::max(0.0, photons) / (pattern_period_ps(pattern) * ns_per_ps) / a_pulse;
   }
-  const auto delay = hardest_delay(pattern, shape, light);
+  const auto delay = hardest_delay(pattern, shape, background_per_signal);
   if (!delay) return {};
-  const double needed = photons_to_tell(*delay);
+  const double needed = delay->photons_to_tell();
   std::string text =
       fmt::format("hardest to tell from the right delay: {:.6g} ns ({:.5g} m) away, ",
                   delay->shift_ps * ns_per_ps, delay->shift_ps * m_per_ps_of_delay) +

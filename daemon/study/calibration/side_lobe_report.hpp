@@ -1,11 +1,9 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "config/config.hpp"
-#include "estimator/calibration/side_lobes.hpp"
 #include "estimator/model/pulse_shape.hpp"
 
 namespace splid::calibration {
@@ -16,17 +14,9 @@ namespace splid::calibration {
 // asks for that; otherwise the shape in `pulse`.
 std::unique_ptr<PulseShape> shape_of(const Pattern& pattern, const PulseOptions& pulse);
 
-// The delay that is hardest to tell from the right delay; absent where the pattern has no such
-// delay or has the mode ambiguous.
-std::optional<SideLobe> hardest_delay(const Pattern& pattern, const PulseShape& shape,
-                                      const PatternLight& light = {});
-
-// The light of a calibrated pattern: its background and signal during the calibration.
-PatternLight light_of(const Pattern& pattern, double background_photons);
-
 // "hardest to tell from the right delay: 180 ns (26.98 m) away, 17 signal photons a frame tell them
-// apart"; empty where hardest_delay() is absent. For a calibrated pattern it also says whether a
-// frame of length_ms has that many photons.
+// apart"; empty where hardest_delay() is absent, and in mode ambiguous. For a calibrated pattern it
+// also says whether a frame of length_ms has that many photons.
 std::string describe_side_lobe(const Pattern& pattern, const PulseShape& shape, double length_ms);
 
 }  // namespace splid::calibration
