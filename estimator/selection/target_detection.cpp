@@ -38,29 +38,37 @@ bool TargetSelection::stands(std::size_t target, std::span<const std::size_t> br
 }
 
 // Whether a target explains more than another shape of a brighter one's pulse does, beside the
-// others. The photons about the track show most targets apart; where they do not, all is fitted.
-//
-// Another shape of the brighter pulse has as many amounts as a target, chosen by the frame: certain
-// nats more are asked for, and twice as many of the photons about the track alone.
+// others, and beside those that are known to be targets.
 bool TargetSelection::beats_other_pulse(std::size_t target, std::size_t bright) {
   const Model& all = all_.model;
-  Model without;
-  without.log_width = all.log_width;
-  without.background_per_ns = all.background_per_ns;
-  without.add(all.targets[bright]);
   const Target& own = all.targets[target];
-  Target& other = without.targets[0];
+  Target other = all.targets[bright];
+  double log_width = all.log_width;
   const double apart = apart_widths(own.track, other.track);
   if (apart < pulse_reach_widths) {  // one wide pulse in their middle
     const double share = own.signal_per_pulse / (own.signal_per_pulse + other.signal_per_pulse);
-    without.log_width += std::log1p(share * (1 - share) * apart * apart) / 2;
+    log_width += std::log1p(share * (1 - share) * apart * apart) / 2;
     other.track.delay_ns += share * apart_ns(own.track, other.track);
     other.track.walk_ns += share * (own.track.walk_ns - other.track.walk_ns);
     other.signal_per_pulse += own.signal_per_pulse;
   }
-  for (std::size_t k = 0; k < all.count; ++k) {
-    if (k != target && k != bright) without.add(all.targets[k]);
-  }
+  const auto beats = [&](bool with_unknown) {
+    Model without =
+        likelihood::model_of(other.track, other.signal_per_pulse, all.background_per_ns);
+    without.log_width = log_width;
+    for (std::size_t k = 0; k < all.count; ++k) {
+      const bool stays = k != target && k != bright && (with_unknown || members_[k].is_detected);
+      if (stays) without.add(all.targets[k]);
+    }
+    return beats_shapes(without);
+  };
+  return beats(true) && (detected() + 1 >= all.count || beats(false));
+}
+
+// The photons about the track show most targets apart. Where they do not, all is fitted. Another
+// shape of the brighter pulse has as many amounts as a target, chosen by the frame: certain nats
+// more are asked for, and twice as many of the photons about the track alone.
+bool TargetSelection::beats_shapes(const Model& without) {
   if (tail_.looks()) {
     tail_.count(*frame_, without);
     const double most_nats = tail_.nats(all_.model) - 2 * certain_nats;

@@ -102,6 +102,7 @@ class TargetSelection {
   void judge_targets();
   [[nodiscard]] bool stands(std::size_t target, std::span<const std::size_t> brighter);
   [[nodiscard]] bool beats_other_pulse(std::size_t target, std::size_t bright);
+  [[nodiscard]] bool beats_shapes(const Model& without);
   [[nodiscard]] double apart_ns(const DelayTrack& a, const DelayTrack& b) const;
   [[nodiscard]] double apart_widths(const DelayTrack& a, const DelayTrack& b) const;
   [[nodiscard]] double parting_widths(const DelayTrack& a, const DelayTrack& b) const;
