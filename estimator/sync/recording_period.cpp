@@ -28,7 +28,7 @@ struct Step {
   double periods;
 };
 
-// Nothing where the pattern did not surely play on. A clock was set anew, or the generator began
+// Nothing where the pattern may have stopped. A clock was set anew, or the generator began
 // again: the pattern's starts are then farther from where the fit before expects them than the
 // errors of both fits, and an oscillator that wanders, explain.
 std::optional<Step> step_between(const SyncFit& before, const SyncFit& fit) {
