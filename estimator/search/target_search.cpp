@@ -283,7 +283,7 @@ double TargetSearch::least_gain_nats(const Maximum& best) const {
 
 Maximum TargetSearch::maximize(const FoldedFrame& photons, DelayTrack line, double to_beat_nats) {
   maximizer_.begin(photons);
-  const Maximum fit = maximizer_.maximize(likelihood::model_of(line), {free_, to_beat_nats});
+  Maximum fit = maximizer_.maximize(likelihood::model_of(line), {free_, to_beat_nats});
   peaks_.odds.add(fit);
   return fit;
 }
