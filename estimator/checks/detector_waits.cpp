@@ -6,19 +6,21 @@
 
 #include "estimator/checks/findings.hpp"
 #include "estimator/model/chance.hpp"
-#include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/units.hpp"
 #include "protocol/saturated.hpp"
 
 namespace splid::checks {
 namespace {
 
-constexpr double leak = 0.01;             // detections in a dead time, of those without
-constexpr double control_from_ps = 20e6;  // behind the longest wait that is counted
-// After the dead time most afterpulses come by the first, and all by the second.
-constexpr double most_early_ns = 250, longest_early_ns = 1000;
-constexpr double late_windows = 4;  // beside the excess until so much later
+constexpr double leak = 0.01;              // detections in a dead time, of those without
+constexpr double control_from_ps = 20e6;   // behind the longest wait that is counted
+constexpr double longest_early_ns = 1000;  // after the dead time: afterpulses come by then
+constexpr double late_windows = 4;         // beside the excess until so much later
+constexpr double plateau = 1.5;            // light that changes fast is bunched so much more early
 constexpr double long_wait_ns = 2000;
+constexpr double fewest_returns = 30;
+constexpr double pulses_after_dead_time = 8;  // pulse widths after the dead time, which cuts pulses
+constexpr double waits_too_short = 0.9, waits_too_long = 1.05;  // of the configured dead time
 
 // What zero or few counts say against `expected`: the log-likelihood of a rate `leak` of theirs.
 double nats_of_dark(double counted, double expected) {
@@ -91,14 +93,14 @@ void DetectorWaits::find_dead_time(FoundList& found, double detections_a_frame) 
   const SeenDeadTime seen = seen_dead_time();
   const double per_ns = detections_ / seen_ns_;
   const double lost = per_ns * (seen.ns - dead_time_ns_);
-  if (seen.gain_nats >= certain_nats && seen.ns > dead_time_ns_) {
+  if (seen.gain_nats >= certain_nats && seen.ns > waits_too_long * dead_time_ns_) {
     if (lost * std::sqrt(detections_a_frame) < least_that_matters) return;
     return found.add({FindingName::dead_time, seen.ns, seen.std_ns, seen.gain_nats});
   }
   // Detections within the configured dead time.
   double counted = 0, expected = 0;
   for (std::size_t bin = 0; bin + 1 < bins; ++bin) {
-    if (begin_ns(bin + 1) > dead_time_ns_) break;
+    if (begin_ns(bin + 1) > waits_too_short * dead_time_ns_) break;
     counted += after_[bin], expected += control_[bin];
   }
   if (!(counted > 0) || -lost * std::sqrt(detections_a_frame) < least_that_matters) return;
@@ -126,17 +128,21 @@ DetectorWaits::Share DetectorWaits::share_by(double live_from_ns, double early_n
                      control_[bin] / (waiting_control * waiting_control);
     waiting_after -= after_[bin], waiting_control -= control_[bin];
   }
-  const double part = 1 / (late_windows - 1);
+  const double part = plateau / (late_windows - 1);
   return {early.value - part * std::max(0.0, late.value),
           early.variance + part * part * late.variance};
 }
 
 void DetectorWaits::find_afterpulses(FoundList& found, double detections_a_frame) const {
   const double live_from_ns = std::max(seen_dead_time().ns, dead_time_ns_);
-  const Share most = share_by(live_from_ns, most_early_ns);
-  if (!(most.value > 0)) return;
-  const double nats = most.value * most.value / most.variance / 2;
-  const Share share = share_by(live_from_ns, longest_early_ns);
+  double nats = 0;
+  Share share;
+  for (const double early_ns : {62.5, 250.0, longest_early_ns}) {
+    const Share one = share_by(live_from_ns, early_ns);
+    if (!(one.value > 0) || one.value * one.value / 2 <= nats * one.variance) continue;
+    nats = one.value * one.value / one.variance / 2;
+    share = share_by(live_from_ns, std::min(late_windows * early_ns, longest_early_ns));
+  }
   if (nats < certain_nats || share.value * std::sqrt(detections_a_frame) < least_that_matters)
     return;
   found.add({FindingName::afterpulsing, share.value, std::sqrt(share.variance), nats});
@@ -144,7 +150,7 @@ void DetectorWaits::find_afterpulses(FoundList& found, double detections_a_frame
 
 // A pulse in which the dead time ends shows its late part only.
 double DetectorWaits::first_sure_wait_ns(double pulse_ns) const {
-  return std::max(seen_dead_time().ns, dead_time_ns_) + pulse_reach_widths * pulse_ns;
+  return std::max(seen_dead_time().ns, dead_time_ns_) + pulses_after_dead_time * pulse_ns;
 }
 
 DetectorWaits::Lateness DetectorWaits::lateness(double from_ns) const {
@@ -160,12 +166,12 @@ DetectorWaits::Lateness DetectorWaits::lateness(double from_ns) const {
     if (row_ns(row) < long_wait_ns) continue;
     slow.count += one.count, slow.sum += one.sum;
   }
-  if (!(slow.count > 0)) return all;
+  if (slow.count < fewest_returns) return all;
   all.variance /= all.returns;
   const double rest_ns = slow.sum / slow.count;
   for (std::size_t row = 0; row < most_rows && row_ns(row) < long_wait_ns; ++row) {
     const Returns& one = returns_[row];
-    if (row_ns(row) < from_ns || !(one.count > 0)) continue;
+    if (row_ns(row) < from_ns || one.count < fewest_returns) continue;
     all.rows[all.count++] = {one.waits_ns / one.count, one.count,
                              (one.sum / one.count - rest_ns) / share,
                              std::sqrt(all.variance * (1 / one.count + 1 / slow.count)) / share};

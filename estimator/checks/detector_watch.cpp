@@ -1,6 +1,7 @@
 #include "estimator/checks/detector_watch.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "estimator/model/units.hpp"
 
@@ -9,7 +10,8 @@ namespace {
 
 constexpr std::size_t most_photons = 1 << 16;
 constexpr double second_ns = 1e9, longest_ns = 60e9;
-constexpr int enough_detections = 1 << 18;
+constexpr double enough_detections = 1 << 18;
+constexpr double return_widths = 3;
 
 }  // namespace
 
@@ -20,7 +22,7 @@ DetectorWatch::DetectorWatch(const Pattern& pattern, const PulseOptions& pulse,
       shape_(configured_pulse(pattern, pulse)),
       reference_(reference),
       inputs_(inputs),
-      reach_ns_(pulse_reach_widths * shape_->width_ns()),
+      reach_ns_(return_widths * shape_->width_ns()),
       windows_(comb_windows(train_, -reach_ns_, reach_ns_)),
       folded_(train_, most_photons),
       near_(most_photons, most_photons * widest_overlap(windows_), true),
