@@ -50,11 +50,13 @@ SyncChannel sync_channel(const RecordingHeader& header) {
   return {*channel, ", of " + what + text + ", which its configuration names"};
 }
 
-// The first syncs, and detections of each input, as many as tell what there is to tell.
+// The first detections of each input, as many as tell what there is to tell.
 using DetectionTimes = std::map<std::int32_t, std::vector<std::int64_t>>;
 constexpr std::size_t most_times = 1 << 20;
 
-void keep_time(std::vector<std::int64_t>& times_ps, const Tag& tag) {
+void keep_time(DetectionTimes& inputs, const Tag& tag) {
+  if (tag.kind != TagKind::photon) return;
+  std::vector<std::int64_t>& times_ps = inputs[tag.value];
   if (times_ps.size() < most_times) times_ps.push_back(tag.time_ps);
 }
 
@@ -234,17 +236,17 @@ std::string what_next(const RecordingInfo& info, std::uint64_t syncs) {
 
 std::string report_of(const std::string& file) {
   const SyncChannel sync = sync_channel(RecordingReader(file, [](const std::string&) {}).header());
-  std::vector<std::int64_t> syncs_ps;
+  SyncSurvey survey;
   std::uint64_t syncs = 0;
   DetectionTimes detections;
   const RecordingInfo info = scan_recording(file, 0, [&](std::span<const Tag> tags) {
     for (const Tag& tag : tags) {
-      if (sync.channel.matches(tag)) {
-        keep_time(syncs_ps, tag);
-        ++syncs;
-      } else if (tag.kind == TagKind::photon) {
-        keep_time(detections[tag.value], tag);
+      if (!sync.channel.matches(tag)) {
+        keep_time(detections, tag);
+        continue;
       }
+      survey.take(tag.time_ps);
+      ++syncs;
     }
   });
   const double duration_s = duration_of(info);
@@ -258,7 +260,7 @@ std::string report_of(const std::string& file) {
   if (t3) {
     text += report_t3(info);
   } else {
-    const auto period = survey_period(syncs_ps);
+    const auto period = survey.finish();
     if (syncs > 0) text += report_sync_period(period, sync.of);
     if (period) text += report_detectors(info, detections, period->period_ps);
     // A PicoHarp's sync input is its input 0.

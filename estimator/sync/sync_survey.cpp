@@ -4,11 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
-#include <vector>
 
-#include "estimator/sync/sync_clock.hpp"
-#include "estimator/sync/sync_curvature.hpp"
 #include "protocol/saturated.hpp"
 
 namespace splid {
@@ -22,9 +18,10 @@ constexpr std::size_t least_gaps = 8;
 // The shortest gap may have this many periods, where an instrument sends only few of the syncs.
 constexpr int most_periods = 32;
 
+constexpr double nearly_all = 0.9;       // of the gaps that are alike
 constexpr double least_countable = 0.5;  // of the gaps; where fewer are, they tell no period
 
-// The period that gap_ps has `periods` of, if most gaps are multiples of that period. The
+// The period that gap_ps has `periods` of, if nearly all gaps are multiples of that period. The
 // gaps come in ascending order, so that the period is known ever better as they get longer.
 std::optional<double> fitted(std::span<const double> ascending_gaps, double gap_ps, int periods) {
   double period_ps = gap_ps / periods;
@@ -47,8 +44,7 @@ std::optional<double> fitted(std::span<const double> ascending_gaps, double gap_
     known = std::min(known, slack_ps / next_ps);
   }
   const auto all = static_cast<double>(ascending_gaps.size());
-  if (countable < least_countable * all || accepted < sync::min_agreeing * countable)
-    return std::nullopt;
+  if (countable < least_countable * all || accepted < nearly_all * countable) return std::nullopt;
   return period_ps;
 }
 
@@ -63,8 +59,19 @@ std::size_t sorted_gaps(std::span<const std::int64_t> syncs_ps,
   return count;
 }
 
+// Design note: a batch is as long as a frame of the daemon, in which an oscillator's rate is as
+// good as constant, and has at least as many syncs as SyncClock follows one by one. Fast syncs fill
+// a batch sooner.
+constexpr std::int64_t batch_length_ps = 50'000'000'000;
+constexpr std::size_t least_stretch_syncs = 64;
+constexpr std::size_t most_syncs = 16'384;
+
+// A clock that was set anew, or a pause, ends a batch.
+constexpr std::int64_t unsorted_within_ps = 1'000'000;
+constexpr std::int64_t longest_survey_gap_ps = 10'000'000'000'000;
+
 // Doubles are told by a long gap, which nine of ten gaps are shorter than.
-std::vector<std::int64_t> without_doubles(std::span<const std::int64_t> syncs_ps) {
+std::vector<std::int64_t> without_doubles(const std::vector<std::int64_t>& syncs_ps) {
   std::vector<double> gaps;
   for (std::size_t i = 1; i < syncs_ps.size(); ++i) {
     gaps.push_back(static_cast<double>(syncs_ps[i] - syncs_ps[i - 1]));
@@ -81,7 +88,7 @@ std::vector<std::int64_t> without_doubles(std::span<const std::int64_t> syncs_ps
 }
 
 // Many doubles hide the period in the gaps, so they are taken out where the first try fails.
-std::optional<double> first_period_ps(std::span<const std::int64_t> syncs_ps) {
+std::optional<double> first_period_ps(const std::vector<std::int64_t>& syncs_ps) {
   const auto found = find_sync_period_ps(syncs_ps);
   return found ? found : find_sync_period_ps(without_doubles(syncs_ps));
 }
@@ -106,22 +113,35 @@ std::optional<double> find_sync_period_ps(std::span<const std::int64_t> syncs_ps
   return best_ps;
 }
 
-std::optional<MeasuredPeriod> survey_period(std::span<const std::int64_t> syncs_ps) {
-  constexpr std::size_t most_syncs = 16'384;
-  constexpr std::int64_t longest_ps = std::numeric_limits<std::int64_t>::max() / 2;
-  while (!syncs_ps.empty()) {
-    const auto part = syncs_ps.first(std::min(most_syncs, syncs_ps.size()));
-    syncs_ps = syncs_ps.subspan(part.size());
-    const auto [first, last] = std::minmax_element(part.begin(), part.end());
-    // Times of a damaged recording may be farther apart than 64 bits tell.
-    if (saturated_difference(*last, *first) > longest_ps) continue;
-    const auto about_ps = first_period_ps(part);
-    if (!about_ps) continue;
-    SyncClock clock(*about_ps, DriftMethod::regression, part.size());
-    const SyncFit fit = clock.fit(part, *first, saturated_sum(*last, 1));
-    if (fit.locked) return MeasuredPeriod{fit.period_ps, fit.std_period_ps};
+void SyncSurvey::take(std::int64_t sync_ps) {
+  if (!batch_ps_.empty()) {
+    const std::int64_t step_ps = saturated_difference(sync_ps, batch_ps_.back());
+    const std::int64_t length_ps = saturated_difference(sync_ps, batch_ps_.front());
+    const bool is_long = length_ps >= batch_length_ps && batch_ps_.size() >= least_stretch_syncs;
+    const bool is_apart = step_ps < -unsorted_within_ps || step_ps > longest_survey_gap_ps;
+    if (is_long || is_apart || batch_ps_.size() == most_syncs) end_batch();
   }
-  return std::nullopt;
+  batch_ps_.push_back(sync_ps);
+}
+
+std::optional<MeasuredPeriod> SyncSurvey::finish() {
+  end_batch();
+  const MeasuredPeriod period = period_.period();
+  if (!(period.period_ps > 0)) return std::nullopt;
+  return period;
+}
+
+void SyncSurvey::end_batch() {
+  if (!clock_) {
+    if (const auto period_ps = first_period_ps(batch_ps_)) {
+      clock_.emplace(*period_ps, DriftMethod::regression, most_syncs);
+    }
+  }
+  if (clock_ && !batch_ps_.empty()) {
+    const auto [first, last] = std::minmax_element(batch_ps_.begin(), batch_ps_.end());
+    period_.add(clock_->fit(batch_ps_, *first, *last + 1));
+  }
+  batch_ps_.clear();
 }
 
 }  // namespace splid
