@@ -19,8 +19,7 @@ enum class Shape : std::size_t {
 };
 inline constexpr std::size_t shapes = 7;
 
-// The shape times polynomials and cosines of the time, from the order `first` to `last` (see
-// MapBasis): 0 is constant, 1 to 3 are those of Legendre.
+// The shape times Legendre's polynomials of the time, from the order `first` to `last`.
 struct Direction {
   Shape shape;
   std::size_t first, last;

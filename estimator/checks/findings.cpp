@@ -57,19 +57,14 @@ Findings::Findings(const PulseTrain& train, const PulseShape& shape, std::size_t
       seen_finder_(train, map_, shape.width_ns(), max_photons, dead_time_ns),
       fit_(map_, train, pulse_) {
   seen_pulses_.reserve(map_.by_pulse().size());
-  const MapBasis& basis = fit_.basis();
   for (std::size_t row = 0; row < rows_with_directions; ++row) {
+    Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(map_parts, map_parts);
     const Direction& direction = finding_table()[row].directions.front();
-    for (std::size_t i = 0; i < map_parts; ++i) {
-      for (std::size_t j = 0; j < map_parts; ++j) {
-        double shared = 0;
-        for (std::size_t k = direction.first; k <= direction.last; ++k) {
-          shared += basis.at(k, i) * basis.at(k, j) / (map_parts * MapBasis::mean_square(k));
-        }
-        kernels_[row].third += shared * shared * shared;
-        if (i == j) kernels_[row].fourth += shared * shared;
-      }
+    for (std::size_t k = direction.first; k <= direction.last; ++k) {
+      const Eigen::Map<const Eigen::VectorXd> of_order(fit_.basis().of(k).data(), map_parts);
+      shared += of_order * of_order.transpose() / of_order.squaredNorm();
     }
+    kernels_[row] = {shared.array().cube().sum(), shared.diagonal().squaredNorm()};
   }
 }
 
@@ -209,7 +204,8 @@ void Findings::decide(const FoldedFrame& frame) {
     return finding_table()[c.row].name == FindingName::fading;
   });
   if (may_fade) fit_.see_background(frame);
-  const double about = fit_.value({});
+  fit_.slopes({}, {}, slopes_);
+  const double about = slopes_.value;
   std::size_t kept = 0;
   for (std::size_t c = 0; c < candidate_count_; ++c) {
     Candidate candidate = {candidates_[c].row, 0, 0, {}};
@@ -282,13 +278,9 @@ void Findings::say(std::size_t row, double gain_nats, const Member& member,
 
 // Where the richer model has the target at mid-frame, and how fast it moves there.
 void Findings::follow(const Member& richer, std::size_t row) {
-  const MapBasis& basis = fit_.basis();
   std::array<double, map_parts> off{};
-  for (std::size_t k = 0; k < map_parts; ++k) {
-    const Term term = {Shape::path, k};
-    const double amount = richer.of(term) - base_.of(term);
-    if (amount == 0) continue;
-    for (std::size_t j = 0; j < map_parts; ++j) off[j] += amount * basis.at(k, j);
+  for (std::size_t j = 0; j < map_parts; ++j) {
+    off[j] = fit_.sum(richer, Shape::path, j) - fit_.sum(base_, Shape::path, j);
   }
   constexpr std::size_t mid = map_parts / 2;
   constexpr double to_walk = map_parts;  // from one part to the next

@@ -138,10 +138,7 @@ class Findings {
   SeenLightFinder seen_finder_;
   const SeenLight* seen_ = nullptr;
   MapFit fit_;
-  struct Kernel {
-    double third = 0, fourth = 0;
-  };
-  std::array<Kernel, rows_with_directions> kernels_;  // of each row's functions of the time
+  std::array<MapFit::Moments, rows_with_directions> kernels_;  // of each row's functions of time
   Verdict verdict_;
   FrameScores scores_;
   std::array<Term, most_terms> terms_;  // those fitted, then the rows'

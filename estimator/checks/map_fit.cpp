@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "estimator/likelihood/maximizer.hpp"
+#include "estimator/model/units.hpp"
 
 namespace splid::checks {
 namespace {
@@ -19,34 +19,26 @@ constexpr double same_widths = 0.01;      // differences between pulses that are
 
 constexpr std::size_t index(Shape shape) { return static_cast<std::size_t>(shape); }
 
-double legendre(std::size_t order, double u) {
-  if (order == 0) return 1;
-  if (order == 1) return u;
-  return order == 2 ? (3 * u * u - 1) / 2 : (5 * u * u - 3) * u / 2;
-}
-
 }  // namespace
 
+// Each function is u times the one before it, made orthogonal to all before. That is done twice:
+// once leaves what rounding makes of it.
 MapBasis::MapBasis() {
+  Eigen::Map<Eigen::MatrixXd> all(values_.data(), map_parts, map_parts);
+  const Eigen::VectorXd u =
+      Eigen::VectorXd::LinSpaced(map_parts, 1.0 / map_parts - 1, 1 - 1.0 / map_parts);
+  all.col(0).setOnes();
+  for (Eigen::Index k = 0; k < all.cols(); ++k) {
+    auto mine = all.col(k);
+    if (k > 0) mine = u.cwiseProduct(all.col(k - 1));
+    const auto before = all.leftCols(k);
+    for (int twice = 0; twice < 2; ++twice) {
+      mine -= before.lazyProduct(before.transpose().lazyProduct(mine).eval()).eval();
+    }
+    mine.normalize();
+  }
   for (std::size_t k = 0; k < map_parts; ++k) {
-    double* mine = &values_[k * map_parts];
-    for (std::size_t j = 0; j < map_parts; ++j) {
-      const double s = (static_cast<double>(j) + 0.5) / map_parts;
-      const auto order = static_cast<double>(k);
-      mine[j] = k < 4 ? legendre(k, 2 * s - 1) : std::cos(std::numbers::pi * order * s);
-    }
-    for (int twice = 0; twice < 2; ++twice) {  // once leaves what rounding makes of it
-      for (std::size_t l = 0; l < k; ++l) {
-        double shared = 0;
-        for (std::size_t j = 0; j < map_parts; ++j) shared += mine[j] * at(l, j);
-        shared /= map_parts * mean_square(l);
-        for (std::size_t j = 0; j < map_parts; ++j) mine[j] -= shared * at(l, j);
-      }
-      double squares = 0;
-      for (std::size_t j = 0; j < map_parts; ++j) squares += mine[j] * mine[j];
-      const double to = std::sqrt(mean_square(k) * map_parts / squares);
-      for (std::size_t j = 0; j < map_parts; ++j) mine[j] *= to;
-    }
+    all.col(static_cast<Eigen::Index>(k)) *= std::sqrt(mean_square(k) * map_parts);
   }
 }
 
@@ -75,11 +67,10 @@ MapFit::MapFit(const ResidualMap& map, const PulseTrain& train, const PulseTable
   }
   std::sort(pairs.begin(), pairs.end());
   for (const auto& [apart_ns, light] : pairs) {
-    if (differences_ns_.empty() || apart_ns - differences_ns_.back() > same_widths * width_ns) {
-      differences_ns_.push_back(apart_ns);
-      difference_light_.push_back(0);
+    if (differences_.empty() || apart_ns - differences_.back().ns > same_widths * width_ns) {
+      differences_.push_back({apart_ns, 0});
     }
-    difference_light_.back() += light;
+    differences_.back().light += light;
   }
 }
 
@@ -166,7 +157,7 @@ void MapFit::add_others(const FoldedFrame& frame, const likelihood::Model& model
 }
 
 void MapFit::add_other(double light, double apart_ns, std::size_t part) {
-  if (differences_ns_.empty()) {
+  if (differences_.empty()) {
     const double flat = light * train_.pulses_per_ns;
     for (std::size_t i = 0; i < map_.cells(); ++i) {
       others_[part * most_cells + i] += flat * map_.cell_ns(i);
@@ -175,15 +166,14 @@ void MapFit::add_other(double light, double apart_ns, std::size_t part) {
   }
   const double period_ns = train_.segments.front().comb.period_ns;
   const double reach_ns = map_.reach_ns() + 10 * pulse_.width_ns() * std::exp(log_width_);
-  double first_ns = -reach_ns - apart_ns;
-  first_ns -= period_ns * std::floor(first_ns / period_ns);
-  auto k = std::lower_bound(differences_ns_.begin(), differences_ns_.end(), first_ns);
-  for (std::size_t n = 0; n < differences_ns_.size(); ++n, ++k) {
-    if (k == differences_ns_.end()) k = differences_ns_.begin();
-    const double on_ns = *k < first_ns ? *k + period_ns : *k;
+  const double first_ns = fold_on(-reach_ns - apart_ns, period_ns);
+  auto k = std::lower_bound(differences_.begin(), differences_.end(), first_ns,
+                            [](const Difference& of, double ns) { return of.ns < ns; });
+  for (std::size_t n = 0; n < differences_.size(); ++n, ++k) {
+    if (k == differences_.end()) k = differences_.begin();
+    const double on_ns = k->ns < first_ns ? k->ns + period_ns : k->ns;
     if (on_ns > first_ns + 2 * reach_ns) break;
-    const auto pair = static_cast<std::size_t>(k - differences_ns_.begin());
-    add_pulse(part, light * difference_light_[pair], on_ns - first_ns - reach_ns);
+    add_pulse(part, light * k->light, on_ns - first_ns - reach_ns);
   }
 }
 
@@ -299,16 +289,6 @@ void MapFit::slopes(const Member& member, std::span<const Term> terms, Slopes& i
   }
   add_elsewhere(member, terms, into);
   into.information.triangularView<Eigen::StrictlyUpper>() = into.information.transpose();
-}
-
-double MapFit::value(const Member& member) {
-  const double elsewhere = expected_elsewhere(member);
-  double value = map_.elsewhere() * std::log(elsewhere) - elsewhere;
-  for (std::size_t j = 0; j < map_parts; ++j) {
-    shape_part(member, j);
-    value += value_of_part(j);
-  }
-  return value;
 }
 
 // The pulse is alike in all parts, and so are the products of the shapes.

@@ -11,14 +11,16 @@
 
 namespace splid::checks {
 
-// Functions of the time over a frame, orthogonal where all parts of the frame are seen alike: the
-// polynomials of Legendre up to P_3, and cosines of ever more half-periods, made orthogonal to what
-// comes before. Each has the mean square 1 / (2 order + 1) that P_order has.
+// Legendre's polynomials of the time over a frame, of all orders that its parts tell apart:
+// orthogonal where all parts are seen alike, with the mean square 1 / (2 order + 1) of P_order.
 class MapBasis {
  public:
   MapBasis();
   [[nodiscard]] double at(std::size_t order, std::size_t part) const {
     return values_[order * map_parts + part];
+  }
+  [[nodiscard]] std::span<const double> of(std::size_t order) const {  // by part
+    return std::span(values_).subspan(order * map_parts, map_parts);
   }
   [[nodiscard]] static double mean_square(std::size_t order) {
     return 1 / (2.0 * static_cast<double>(order) + 1);
@@ -69,6 +71,8 @@ class MapFit {
   [[nodiscard]] double signal() const { return signal_; }     // photons of the frame
   [[nodiscard]] double dark_per_ns() const { return dark_; }  // of a part
   [[nodiscard]] const MapBasis& basis() const { return basis_; }
+  // A member's amount of a shape in a part, by all orders.
+  [[nodiscard]] double sum(const Member& member, Shape shape, std::size_t part) const;
 
   struct Slopes {
     double value = 0;  // of the log-likelihood, less what does not depend on the member
@@ -76,10 +80,9 @@ class MapFit {
     TermMatrix information;  // expected
   };
   void slopes(const Member& member, std::span<const Term> terms, Slopes& into);
-  [[nodiscard]] double value(const Member& member);
-  // The same without the value at the fitted model itself. narrowed_ns2: for each part the variance
-  // of the fitted track, by which the light about it is narrower than the pulse; the gradient is
-  // corrected for it, to first order.
+  // The same without the value, at the fitted model itself. narrowed_ns2: for each part the
+  // variance of the fitted track, by which the light about it is narrower than the pulse; the
+  // gradient is corrected for it, to first order.
   void scores(std::span<const Term> terms, std::span<const double> narrowed_ns2, Slopes& into);
   // Scores by Fisher from `member` to the maximum in the terms. Returns the value there. at:
   // scratch.
@@ -104,6 +107,9 @@ class MapFit {
            dark = 1;
     bool operator==(const Place&) const = default;
   };
+  struct Difference {  // between pulses of the train
+    double ns, light;
+  };
   void shape_part(const Member& member, std::size_t part);
   void find_gram();
   void add_others(const FoldedFrame& frame, const likelihood::Model& model, std::size_t target);
@@ -116,7 +122,6 @@ class MapFit {
                     Slopes& into) const;
   void add_information(std::span<const Term> terms, std::size_t part, Slopes& into) const;
   void add_elsewhere(const Member& member, std::span<const Term> terms, Slopes& into) const;
-  [[nodiscard]] double sum(const Member& member, Shape shape, std::size_t part) const;
   [[nodiscard]] double value_of_part(std::size_t part) const;
   [[nodiscard]] double limit_of(Shape shape) const;
 
@@ -131,7 +136,7 @@ class MapFit {
   double dark_elsewhere_ = 0, others_elsewhere_ = 0;  // photons outside of the map
   bool has_others_ = false, are_others_alike_ = true, is_even_ = true;
   std::vector<double> others_;  // photons of other targets, by part and cell
-  std::vector<double> differences_ns_, difference_light_;  // between pulses of the train
+  std::vector<Difference> differences_;
   // Of the part that was looked at last: slopes of the expected photons in each shape, and of their
   // logarithms, by cell; with their sums and the sums of their products.
   std::array<Lanes, most_cells> slope_{}, relative_{};
