@@ -57,6 +57,7 @@ Findings::Findings(const PulseTrain& train, const PulseShape& shape, std::size_t
       seen_finder_(train, map_, shape.width_ns(), max_photons, dead_time_ns),
       fit_(map_, train, pulse_) {
   seen_pulses_.reserve(map_.by_pulse().size());
+  candidates_.reserve(rows_with_directions);
   for (std::size_t row = 0; row < rows_with_directions; ++row) {
     Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(map_parts, map_parts);
     const Direction& direction = finding_table()[row].directions.front();
@@ -79,10 +80,8 @@ const Verdict& Findings::judge(const FoldedFrame& frame, const likelihood::Model
   fit_.begin(frame, model, target, *seen_);
   list_terms(facts);
   screen(facts);
-  if (candidate_count_ > 0) {
-    decide(frame);
-    name_best(frame);
-  }
+  if (!candidates_.empty()) decide(frame);
+  if (!candidates_.empty()) name_best(frame);
   see_pulses(model, target);
   judge_pulses();
   is_alone_ = model.count == 1;
@@ -124,7 +123,7 @@ void Findings::screen(const FitFacts& facts) {
     narrowed_ns2[j] = facts.std_delay_ns * facts.std_delay_ns + walk * walk + quadratic * quadratic;
   }
   fit_.scores(std::span(terms_).first(size_), narrowed_ns2, slopes_);
-  candidate_count_ = 0;
+  candidates_.clear();
   const auto n = static_cast<Eigen::Index>(fitted_);
   const auto all = static_cast<Eigen::Index>(size_);
   const Eigen::LLT<TermMatrix> cholesky(slopes_.information.topLeftCorner(n, n));
@@ -160,7 +159,7 @@ void Findings::score_row(std::size_t row) {
   if (!is_flat && fit_.signal() < photons) return;
   const double limit = k == 1 ? screen_squares : chi_squared_of(screen_deviations, said.degrees);
   if (said.squares <= limit) return;
-  candidates_[candidate_count_++].row = row;
+  candidates_.push_back({row, 0, 0, {}});
   if (is_flat && said.score[0] + said.score[1] > 0) judge_beside();
 }
 
@@ -186,50 +185,45 @@ double Findings::fit_with(std::span<const std::size_t> rows, Member& member) {
 
 // A frame that one row explains lets many others through the screen. Each fit takes some 0.1 ms.
 void Findings::keep_highest() {
-  const auto end = candidates_.begin() + static_cast<std::ptrdiff_t>(candidate_count_);
   const auto over = [&](const Candidate& c) {
     return scores_.rows[c.row].squares - sure_squares_of(static_cast<double>(row_terms_[c.row]));
   };
-  std::sort(candidates_.begin(), end,
+  std::sort(candidates_.begin(), candidates_.end(),
             [&](const Candidate& a, const Candidate& b) { return over(a) > over(b); });
-  candidate_count_ = std::min(candidate_count_, most_fitted);
+  while (candidates_.size() > most_fitted) candidates_.pop_back();
 }
 
 // The fitted model has its maximum about where the member without amounts is, so that most rows
 // are seen not to be sure before that maximum is looked for on the map.
 void Findings::decide(const FoldedFrame& frame) {
   keep_highest();
-  const auto end = candidates_.begin() + static_cast<std::ptrdiff_t>(candidate_count_);
-  const bool may_fade = std::any_of(candidates_.begin(), end, [&](const Candidate& c) {
+  const auto fades = [](const Candidate& c) {
     return finding_table()[c.row].name == FindingName::fading;
-  });
-  if (may_fade) fit_.see_background(frame);
+  };
+  const auto is_unsure = [&](const Candidate& c) { return !is_sure(c); };
+  if (std::any_of(candidates_.begin(), candidates_.end(), fades)) fit_.see_background(frame);
   fit_.slopes({}, {}, slopes_);
   const double about = slopes_.value;
-  std::size_t kept = 0;
-  for (std::size_t c = 0; c < candidate_count_; ++c) {
-    Candidate candidate = {candidates_[c].row, 0, 0, {}};
+  for (Candidate& candidate : candidates_) {
     candidate.gain_nats = fit_with(std::array{candidate.row}, candidate.member);
     candidate.squares = 2 * (candidate.gain_nats - about) / bartlett(candidate.row);
-    if (is_sure(candidate)) {
-      candidates_[kept++] = candidate;
-    } else if (candidate.squares > 2 * likely_nats) {
+    if (is_unsure(candidate) && candidate.squares > 2 * likely_nats) {
       // Light that is likely to be wider hides as much. Chance makes it so in one frame of 700.
       const double hidden = hidden_by_spread_ns(candidate.member);
       verdict_.wider.off_delay_ns = std::max(verdict_.wider.off_delay_ns, hidden);
       verdict_.wider.off_walk_ns = std::max(verdict_.wider.off_walk_ns, walk_of_spread * hidden);
     }
   }
-  candidate_count_ = kept;
-  if (kept == 0) return;
+  std::erase_if(candidates_, is_unsure);
+  if (candidates_.empty()) return;
   base_ = {};
   base_value_ = fit_with({}, base_);
-  for (std::size_t c = 0; c < candidate_count_; ++c) {
-    Candidate& candidate = candidates_[c];
+  for (Candidate& candidate : candidates_) {
     candidate.gain_nats -= base_value_;
     candidate.squares = 2 * candidate.gain_nats / bartlett(candidate.row);
     scores_.rows[candidate.row].squares = candidate.squares;
   }
+  std::erase_if(candidates_, is_unsure);
 }
 
 bool Findings::is_sure(const Candidate& candidate) const {
@@ -238,20 +232,16 @@ bool Findings::is_sure(const Candidate& candidate) const {
 
 // The row with the largest gain, and those that are sure beside it.
 void Findings::name_best(const FoldedFrame& frame) {
-  const Candidate* best = nullptr;
-  for (std::size_t c = 0; c < candidate_count_; ++c) {
-    if (!is_sure(candidates_[c])) continue;
-    if (best == nullptr || candidates_[c].gain_nats > best->gain_nats) best = &candidates_[c];
-  }
-  if (best == nullptr) return;
+  const auto best = std::max_element(
+      candidates_.begin(), candidates_.end(),
+      [](const Candidate& a, const Candidate& b) { return a.gain_nats < b.gain_nats; });
   find_sandwich();
   say(best->row, best->gain_nats, best->member, frame);
   follow(best->member, best->row);
   const Shape shape = terms_[first_term_[best->row]].shape;
   if (shape == Shape::width || shape == Shape::tail) widen_by_parting(*best);
-  for (std::size_t c = 0; c < candidate_count_; ++c) {
-    Candidate other = candidates_[c];
-    if (&candidates_[c] == best || !is_sure(other)) continue;
+  for (Candidate& other : candidates_) {
+    if (&other == &*best) continue;
     Member both = best->member;
     const double gain =
         fit_with(std::array{best->row, other.row}, both) - base_value_ - best->gain_nats;
@@ -377,9 +367,11 @@ void Findings::judge_pulses() {
   light_of_pulses_ = seen_amplitude_ = 0;
   if (pulses == 0) return;
   const std::vector<double>& amplitudes = train_.segments.front().comb.amplitudes;
-  for (std::size_t p = 0; p < pulses; ++p) seen_amplitude_ += amplitudes[p] * seen_pulses_[p];
   double light = 0;
-  for (std::size_t p = 0; p < pulses; ++p) light += counted_at(p) - expected_at(p).dark;
+  for (std::size_t p = 0; p < pulses; ++p) {
+    seen_amplitude_ += amplitudes[p] * seen_pulses_[p];
+    light += counted_at(p) - expected_at(p).dark;
+  }
   if (!(light > 0)) return;
   light_of_pulses_ = light;
   double of_uneven = 0;
@@ -402,51 +394,27 @@ void Findings::judge_pulses() {
   }
 }
 
-Findings::PhaseGroup Findings::phases(std::size_t group) const {
-  const std::span<const std::uint32_t> counts = map_.by_phase();
-  const std::span<const std::uint8_t> is_free = map_.is_free();
-  const std::size_t first = group * coarse_phases;
-  std::uint32_t bins = 0, sum = 0;
-  std::uint64_t squares = 0;
-  for (std::size_t k = first; k < std::min(first + coarse_phases, counts.size()); ++k) {
-    const std::uint32_t count = counts[k] * is_free[k];
-    bins += is_free[k], sum += count, squares += std::uint64_t{count} * count;
-  }
-  return {static_cast<double>(bins), static_cast<double>(sum), static_cast<double>(squares)};
-}
-
-// Adds the free bins of a group to the sums. mean: photons of a bin whose light was all seen.
-void Findings::sum_phases(double mean, std::size_t group, std::span<const double> seen) {
-  const PhaseGroup all = phases(group);
-  if (seen.empty()) {
-    scores_.by_phase.add_alike(all.bins, mean, all.sum, all.squares);
-    return scores_.by_phase_coarse.add(all.sum, mean * all.bins);
-  }
-  double expected = 0;
-  for (std::size_t k = group * coarse_phases;
-       k < std::min((group + 1) * coarse_phases, seen.size()); ++k) {
-    if (map_.is_free()[k] == 0) continue;
-    scores_.by_phase.add(map_.by_phase()[k], mean * seen[k]);
-    expected += mean * seen[k];
-  }
-  scores_.by_phase_coarse.add(all.sum, expected);
-}
-
 // Whether light comes between the pulses that is not spread evenly.
 void Findings::judge_phases(const FoldedFrame& frame) {
   const std::span<const std::uint32_t> counts = map_.by_phase();
-  const std::span<const double> seen_phases = seen_->of_phase;
-  const std::size_t groups = (counts.size() + coarse_phases - 1) / coarse_phases;
   double photons = 0, bins = 0, seen = 0;
-  for (std::size_t g = 0; g < groups; ++g) {
-    const PhaseGroup group = phases(g);
-    photons += group.sum, bins += group.bins;
+  for (std::size_t k = 0; k < counts.size(); ++k) {
+    const double seen_here = seen_at_phase(k);
+    if (seen_here > 0) photons += counts[k], bins += 1, seen += seen_here;
   }
-  for (std::size_t k = 0; k < seen_phases.size(); ++k) seen += seen_phases[k] * map_.is_free()[k];
-  if (seen_phases.empty()) seen = bins;
-  if (!(photons > 0) || !(seen > 0)) return;
+  if (!(photons > 0)) return;
+  const double mean = photons / seen;  // of a bin whose light was all seen
+  for (std::size_t first = 0; first < counts.size(); first += coarse_phases) {
+    double count = 0, expected = 0;
+    for (std::size_t k = first; k < std::min(first + coarse_phases, counts.size()); ++k) {
+      const double seen_here = seen_at_phase(k);
+      if (!(seen_here > 0)) continue;
+      scores_.by_phase.add(counts[k], mean * seen_here);
+      count += counts[k], expected += mean * seen_here;
+    }
+    scores_.by_phase_coarse.add(count, expected);
+  }
   const SquareSum &fine = scores_.by_phase, &coarse = scores_.by_phase_coarse;
-  for (std::size_t g = 0; g < groups; ++g) sum_phases(photons / seen, g, seen_phases);
   const SquareSum& surer = coarse.gain_nats() > fine.gain_nats() ? coarse : fine;
   const double gain = surer.gain_nats();
   const bool has_strangers = fine.excess > most_elsewhere * scores_.by_pulse.scale +

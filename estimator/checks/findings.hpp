@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -10,7 +11,6 @@
 #include "estimator/checks/map_fit.hpp"
 #include "estimator/checks/pulse_table.hpp"
 #include "estimator/checks/residual_map.hpp"
-#include "estimator/checks/square_sum.hpp"
 #include "estimator/model/chance.hpp"
 
 namespace splid::checks {
@@ -69,6 +69,34 @@ struct Verdict {
   }
 };
 
+// Whether counts differ from what is expected by more than chance: the sum of (n - m)^2 - n, which
+// is zero on average for counts of Poisson. Its tail is that of a gamma distribution of its own
+// variance and skewness; chi squared of cells of less than a count has one that no factor mends.
+struct SquareSum {
+  double excess = 0;    // of squared deviations, less the part of chance
+  double variance = 0;  // of it, by chance
+  double third = 0;     // cumulant
+  double scale = 0;     // squares of the light that is expected
+
+  void add(double count, double expected, double light = 0) {
+    excess += (count - expected) * (count - expected) - count;
+    variance += 2 * expected * expected;
+    third += expected * expected * (8 * expected + 4);
+    scale += light * light;
+  }
+  // Chance exceeds a gain of g in about as many frames as a normal number exceeds sqrt(2 g).
+  [[nodiscard]] double gain_nats() const {
+    if (!(excess > 0) || !(variance > 0)) return 0;
+    const double shape = 4 * variance * variance * variance / (third * third);
+    const double more = excess / std::sqrt(variance * shape);
+    return shape * (more - std::log1p(more));
+  }
+  // The relative rms deviation from the light that is expected.
+  [[nodiscard]] double relative() const {
+    return scale > 0 ? std::sqrt(std::fmax(excess, 0) / scale) : 0;
+  }
+};
+
 // The statistics of a frame, significant or not; for many frames together.
 struct FrameScores {
   std::array<RowScore, rows_with_directions> rows;
@@ -96,9 +124,9 @@ class Findings {
     return seen_pulses_[p] > 0 ? map_.by_pulse()[p] : 0;
   }
   // The share of the light in phase bin k that the detector could see in that frame; 0 where the
-  // light there is that of other targets.
+  // light there is that of pulses, or of other targets.
   [[nodiscard]] double seen_at_phase(std::size_t k) const {
-    if (!is_alone_) return 0;
+    if (!is_alone_ || map_.is_free()[k] == 0) return 0;
     return seen_->of_phase.empty() ? 1 : seen_->of_phase[k];
   }
 
@@ -123,12 +151,7 @@ class Findings {
   void see_pulses(const likelihood::Model& model, std::size_t target);
   void judge_pulses();
   void judge_phases(const FoldedFrame& frame);
-  void sum_phases(double mean, std::size_t group, std::span<const double> seen);
   void judge_beside();
-  struct PhaseGroup {  // sums over neighbouring free bins of phase
-    double bins, sum, squares;
-  };
-  [[nodiscard]] PhaseGroup phases(std::size_t group) const;
   [[nodiscard]] double fit_with(std::span<const std::size_t> rows, Member& member);
   [[nodiscard]] double bartlett(std::size_t row) const;
 
@@ -148,8 +171,7 @@ class Findings {
   std::array<std::size_t, rows_with_directions> first_term_, row_terms_;
   MapFit::Slopes slopes_;
   TermMatrix solved_;  // scratch
-  std::array<Candidate, rows_with_directions> candidates_;
-  std::size_t candidate_count_ = 0;
+  std::vector<Candidate> candidates_;
   Member base_;
   double base_value_ = 0, light_of_pulses_ = 0, seen_amplitude_ = 0;
 };

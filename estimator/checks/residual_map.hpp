@@ -18,7 +18,6 @@
 //   seen_light.hpp    how much of them the detector could see
 //   pulse_table.hpp   the configured pulse, to expect them by
 //   map_fit.hpp       the richer models of the table, fitted to a map
-//   square_sum.hpp    counts that differ by more than chance
 //   findings.hpp      which findings are sure in a frame, and what follows from them
 //   finding_sums.hpp  the same over many frames
 
