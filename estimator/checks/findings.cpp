@@ -54,7 +54,7 @@ Findings::Findings(const PulseTrain& train, const PulseShape& shape, std::size_t
     : pulse_(shape),
       train_(train),
       map_(train, shape, max_photons),
-      seen_finder_(train, map_, shape.width_ns(), max_photons, dead_time_ns),
+      seen_finder_(train, map_, shape.width_ns(), dead_time_ns),
       fit_(map_, train, pulse_) {
   seen_pulses_.reserve(map_.by_pulse().size());
   candidates_.reserve(rows_with_directions);
@@ -76,7 +76,7 @@ const Verdict& Findings::judge(const FoldedFrame& frame, const likelihood::Model
   if (!map_.looks() || frame.seen_ns <= 0) return verdict_;
   const DelayTrack& track = model.targets.at(target).track;
   map_.fill(frame, track);
-  seen_ = &seen_finder_.look(frame, map_, track, parts);
+  seen_ = &seen_finder_.look(frame, map_, parts);
   fit_.begin(frame, model, target, *seen_);
   list_terms(facts);
   screen(facts);

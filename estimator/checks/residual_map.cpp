@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "estimator/fold/kernel_choice.hpp"
+#include "estimator/model/units.hpp"
 
 namespace splid::checks {
 namespace {
@@ -12,7 +13,7 @@ namespace {
 constexpr int map_steps_a_width = 2;
 constexpr int most_map_steps = 64;
 // Edges of cells, in steps from the peak on either side.
-constexpr std::size_t cell_edges[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, 15, 17, 22, 27, 32};
+constexpr int cell_edges[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, 15, 17, 22, 27, 32};
 constexpr int widths_a_phase = 8;  // of a phase bin
 constexpr std::size_t most_phases = 4096;
 constexpr std::size_t fewest_map_steps = 12;  // three widths on both sides
@@ -32,30 +33,25 @@ ResidualMap::ResidualMap(const PulseTrain& train, const PulseShape& shape, std::
   add_cells();
   windows_ = comb_windows(train, first_ns_, first_ns_ + 2 * reach_ns());
   counts_.resize(map_parts * most_cells);
-  phases_32_.resize(max_photons);
-  picked_.resize(max_photons);
+  phases_32_.reserve(max_photons);
+  picked_.reserve(max_photons);
   if (!train.single()) return;
   by_pulse_.resize(train.segments.front().comb.times_ns.size());
   add_phases(shape);
 }
 
 void ResidualMap::add_cells() {
-  const auto half = static_cast<std::ptrdiff_t>(steps_ / 2);
-  std::vector<std::ptrdiff_t> at = {-half, half};  // in steps from the peak
-  for (const std::size_t edge : cell_edges) {
-    const auto off = static_cast<std::ptrdiff_t>(edge);
-    if (off < half) at.insert(at.end(), {-off, off});
-  }
-  std::sort(at.begin(), at.end());
-  at.erase(std::unique(at.begin(), at.end()), at.end());
-  cells_ = at.size() - 1;
-  for (const std::ptrdiff_t off : at)
-    edges_ns_.push_back(peak_ns_ + static_cast<double>(off) * step_ns_);
-  for (std::size_t i = 0; i < cells_; ++i) {
-    for (std::ptrdiff_t off = at[i]; off < at[i + 1]; ++off) {
-      cell_of_step_.at(static_cast<std::size_t>(off + half)) = static_cast<std::uint8_t>(i);
+  const auto half = static_cast<int>(steps_ / 2);
+  for (int off = -half; off <= half; ++off) {  // in steps from the peak
+    const auto* edge = std::find(std::begin(cell_edges), std::end(cell_edges), std::abs(off));
+    if (edge != std::end(cell_edges) || std::abs(off) == half) {
+      edges_ns_.push_back(peak_ns_ + off * step_ns_);
     }
+    if (off == half) break;
+    cell_of_step_.at(static_cast<std::size_t>(off + half)) =
+        static_cast<std::uint8_t>(edges_ns_.size() - 1);
   }
+  cells_ = edges_ns_.size() - 1;
 }
 
 void ResidualMap::add_phases(const PulseShape& shape) {
@@ -80,10 +76,8 @@ void ResidualMap::add_phases(const PulseShape& shape) {
 
 void ResidualMap::fill(const FoldedFrame& frame, const DelayTrack& track) {
   if (!looks()) return;
-  if (frame.size() > phases_32_.size()) {
-    phases_32_.resize(frame.size());
-    picked_.resize(frame.size());
-  }
+  phases_32_.resize(frame.size());
+  picked_.resize(frame.size());
   std::fill(counts_.begin(), counts_.end(), 0.0);
   std::fill(by_pulse_.begin(), by_pulse_.end(), 0.0);
   std::fill(by_phase_.begin(), by_phase_.end(), 0);
@@ -99,17 +93,11 @@ void ResidualMap::fill_segment(const FoldedFrame& frame, const DelayTrack& track
   const std::size_t begin = frame.group_begin(s), count = frame.group_end[s] - begin;
   const double period_ns = train_.segments[s].comb.period_ns;
   const double to_32 = 0x1p32 / period_ns, per_ns = 1 / frame.length_ns;
-  std::uint32_t* phases = phases_32_.data();
+  std::uint32_t* phases = phases_32_.data() + begin;
   kernels.track_phases(phases, frame.phase_32.data() + begin, frame.time_ns.data() + begin,
-                       std::remainder(track.delay_ns, period_ns) * to_32,
-                       track.walk_ns * per_ns * to_32, 0, count);
-  if (track.quadratic_ns != 0) {
-    for (std::size_t i = 0; i < count; ++i) {
-      const double share = frame.time_ns[begin + i] * per_ns;
-      phases[i] -= static_cast<std::uint32_t>(
-          static_cast<std::int64_t>(track.quadratic_ns * DelayTrack::quadratic_at(share) * to_32));
-    }
-  }
+                       std::remainder(track.at_mid_frame_ns(), period_ns) * to_32,
+                       track.walk_ns * per_ns * to_32,
+                       6 * track.quadratic_ns * per_ns * per_ns * to_32, count);
   if (!by_phase_.empty()) {
     for (std::size_t i = 0; i < count; ++i) ++by_phase_[phases[i] >> phase_shift_];
   }
@@ -128,9 +116,8 @@ void ResidualMap::fill_between(const FoldedFrame& frame, const DelayTrack& track
   const double per_ns = 1 / frame.length_ns;
   for (std::size_t i = frame.group_begin(train_.segments.size()); i < frame.size(); ++i) {
     const double share = frame.time_ns[i] * per_ns;
-    double left = frame.phase_ns[i] - track.at(share);
-    left -= train_.period_ns * std::floor(left / train_.period_ns);
-    const PulseTrain::Place at = train_.place_of(left);
+    const PulseTrain::Place at =
+        train_.place_of(fold_on(frame.phase_ns[i] - track.at(share), train_.period_ns));
     count(at.turns * train_.segments[at.segment].comb.period_ns, share, windows_[at.segment],
           at.phase_32());
   }

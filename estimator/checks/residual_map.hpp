@@ -59,6 +59,9 @@ class ResidualMap {
   [[nodiscard]] double peak_ns() const { return peak_ns_; }
   // After which offset a pulse's first photons come.
   [[nodiscard]] double first_light_ns() const { return peak_ns_ - 2 * half_pulse_ns_; }
+  // Of each photon of the segments: when it left, in 2^-32 of the comb's period, were the target at
+  // delay 0 and at rest.
+  [[nodiscard]] std::span<const std::uint32_t> phases_32() const { return phases_32_; }
   // Photons by phase, in bins of some eight widths, and which bins no pulse reaches (1). Empty for
   // trains of several segments.
   [[nodiscard]] std::span<const std::uint32_t> by_phase() const { return by_phase_; }
@@ -80,7 +83,7 @@ class ResidualMap {
   std::vector<double> counts_, by_pulse_;
   std::vector<std::uint32_t> by_phase_;
   std::vector<std::uint8_t> is_free_;
-  std::vector<std::uint32_t> phases_32_, picked_;  // scratch: one a photon
+  std::vector<std::uint32_t> phases_32_, picked_;  // one a photon; picked_ is scratch
   int phase_shift_ = 0;
   double elsewhere_ = 0, near_ = 0;
 };

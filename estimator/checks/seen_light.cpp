@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "estimator/fold/dead_intervals.hpp"
-#include "estimator/fold/kernel_choice.hpp"
 
 namespace splid::checks {
 namespace {
@@ -28,10 +27,9 @@ SeenParts seen_parts(const FrameView& view) {
   for (const Loss& loss : view.losses) {
     const double begin = static_cast<double>(loss.begin_ps - view.start_ps) / length * map_parts;
     const double end = static_cast<double>(loss.end_ps - view.start_ps) / length * map_parts;
-    for (auto j = static_cast<std::size_t>(begin); j < map_parts && static_cast<double>(j) < end;
-         ++j) {
+    for (std::size_t j = 0; j < map_parts; ++j) {
       const auto first = static_cast<double>(j);
-      parts[j] -= std::min(end, first + 1) - std::max(begin, first);
+      parts[j] -= std::max(0.0, std::min(end, first + 1) - std::max(begin, first));
     }
   }
   double mean = 0;
@@ -41,7 +39,7 @@ SeenParts seen_parts(const FrameView& view) {
 }
 
 SeenLightFinder::SeenLightFinder(const PulseTrain& train, const ResidualMap& map, double width_ns,
-                                 std::size_t max_photons, double dead_time_ns)
+                                 double dead_time_ns)
     : train_(train) {
   if (!(dead_time_ns > 0)) return;
   for (const PulseTrain::Segment& segment : train.segments) {
@@ -49,13 +47,12 @@ SeenLightFinder::SeenLightFinder(const PulseTrain& train, const ResidualMap& map
         std::clamp(segment.comb.period_ns * bins_a_width / width_ns, 2.0, double{most_bins});
     passed_.emplace_back(std::bit_ceil(static_cast<std::size_t>(bins)) + 1);
   }
-  phases_32_.resize(max_photons);
   seen_.of_phase.reserve(map.by_phase().size());
   seen_.of_pulse.reserve(map.by_pulse().size());
 }
 
 const SeenLight& SeenLightFinder::look(const FoldedFrame& frame, const ResidualMap& map,
-                                       const DelayTrack& track, const SeenParts& parts) {
+                                       const SeenParts& parts) {
   seen_.of_part = parts;
   seen_.of_cell.fill(1);
   seen_.elsewhere = 1;
@@ -63,8 +60,7 @@ const SeenLight& SeenLightFinder::look(const FoldedFrame& frame, const ResidualM
   seen_.of_pulse.clear();
   if (frame.dead == nullptr) return seen_;
   frame_ = &frame;
-  if (phases_32_.size() < frame.size()) phases_32_.resize(frame.size());
-  for (std::size_t s = 0; s < passed_.size(); ++s) count(track, s);
+  for (std::size_t s = 0; s < passed_.size(); ++s) count(map.phases_32(), s);
   see_cells(map);
   const std::size_t bins = map.by_phase().size();
   for (std::size_t k = 0; k < bins; ++k) {
@@ -82,21 +78,14 @@ const SeenLight& SeenLightFinder::look(const FoldedFrame& frame, const ResidualM
   return seen_;
 }
 
-// The detections of a segment before each bin of the comb's period, at the phases that they have
-// where the target is at delay 0 and at rest.
-void SeenLightFinder::count(const DelayTrack& track, std::size_t segment) {
-  const FoldedFrame& frame = *frame_;
-  const std::size_t begin = frame.group_begin(segment), photons = frame.group_end[segment] - begin;
-  const double period_ns = train_.segments[segment].comb.period_ns, to_32 = 0x1p32 / period_ns;
-  const double per_ns = 1 / frame.length_ns;
-  best_search_kernels().track_phases(
-      phases_32_.data(), frame.phase_32.data() + begin, frame.time_ns.data() + begin,
-      std::remainder(track.at_mid_frame_ns(), period_ns) * to_32, track.walk_ns * per_ns * to_32,
-      6 * track.quadratic_ns * per_ns * per_ns * to_32, photons);
+// The detections of a segment before each bin of the comb's period.
+void SeenLightFinder::count(std::span<const std::uint32_t> phases_32, std::size_t segment) {
   std::vector<std::uint32_t>& passed = passed_[segment];
   std::fill(passed.begin(), passed.end(), 0);
   const int shift = 32 - std::countr_zero(passed.size() - 1);
-  for (std::size_t i = 0; i < photons; ++i) ++passed[(phases_32_[i] >> shift) + 1];
+  for (std::size_t i = frame_->group_begin(segment); i < frame_->group_end[segment]; ++i) {
+    ++passed[(phases_32[i] >> shift) + 1];
+  }
   std::partial_sum(passed.begin(), passed.end(), passed.begin());
 }
 

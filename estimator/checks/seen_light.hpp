@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "estimator/checks/residual_map.hpp"
@@ -37,13 +38,12 @@ class SeenLightFinder {
  public:
   // map: as it will be filled. width_ns: of the pulse. dead_time_ns: 0 where none is modelled.
   SeenLightFinder(const PulseTrain& train, const ResidualMap& map, double width_ns,
-                  std::size_t max_photons, double dead_time_ns);
-  // map: of this frame, about this track.
-  const SeenLight& look(const FoldedFrame& frame, const ResidualMap& map, const DelayTrack& track,
-                        const SeenParts& parts);
+                  double dead_time_ns);
+  // map: of this frame.
+  const SeenLight& look(const FoldedFrame& frame, const ResidualMap& map, const SeenParts& parts);
 
  private:
-  void count(const DelayTrack& track, std::size_t segment);
+  void count(std::span<const std::uint32_t> phases_32, std::size_t segment);
   [[nodiscard]] double detected(std::size_t segment, double from_ns, double to_ns) const;
   // The share of the light at a phase of a segment's comb that the detector could see.
   [[nodiscard]] double seen_at(std::size_t segment, double phase_ns) const;
@@ -52,7 +52,6 @@ class SeenLightFinder {
   const PulseTrain& train_;
   const FoldedFrame* frame_ = nullptr;
   std::vector<std::vector<std::uint32_t>> passed_;  // of each segment: detections before each bin
-  std::vector<std::uint32_t> phases_32_;            // scratch: one a photon
   SeenLight seen_;
 };
 
