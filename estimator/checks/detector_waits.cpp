@@ -45,7 +45,7 @@ double DetectorWaits::begin_ns(std::size_t bin) {
   return octave * (1 + static_cast<double>((bin - 1) % parts) / parts) * ns_per_ps;
 }
 
-void DetectorWaits::add(Times times_ps, double period_ps) {
+void DetectorWaits::add(std::span<const std::int64_t> times_ps, double period_ps) {
   if (times_ps.size() < 2) return;
   const std::int64_t lag_ps = std::llround(std::ceil(control_from_ps / period_ps) * period_ps);
   seen_ns_ +=
@@ -148,12 +148,10 @@ void DetectorWaits::find_afterpulses(FoundList& found, double detections_a_frame
   found.add({FindingName::afterpulsing, share.value, std::sqrt(share.variance), nats});
 }
 
-// A pulse in which the dead time ends shows its late part only.
-double DetectorWaits::first_sure_wait_ns(double pulse_ns) const {
-  return std::max(seen_dead_time().ns, dead_time_ns_) + pulses_after_dead_time * pulse_ns;
-}
-
-DetectorWaits::Lateness DetectorWaits::lateness(double from_ns) const {
+DetectorWaits::Lateness DetectorWaits::lateness(double pulse_ns) const {
+  // A pulse in which the dead time ends shows its late part only.
+  const double from_ns =
+      std::max(seen_dead_time().ns, dead_time_ns_) + pulses_after_dead_time * pulse_ns;
   Lateness all;
   Returns slow;
   const auto row_ns = [](std::size_t row) {
@@ -180,15 +178,14 @@ DetectorWaits::Lateness DetectorWaits::lateness(double from_ns) const {
 }
 
 void DetectorWaits::find_walk(FoundList& found, double detections_a_frame, double pulse_ns) const {
-  const Lateness all = lateness(first_sure_wait_ns(pulse_ns));
+  const Lateness all = lateness(pulse_ns);
   double squares = 0, moved_ns = 0;
   const Late* latest = nullptr;
   for (std::size_t k = 0; k < all.count; ++k) {
     const Late& row = all.rows[k];
     squares += row.by_ns * row.by_ns / (row.std_ns * row.std_ns);
     moved_ns += row.by_ns * row.count / all.returns;
-    const double sure = std::abs(row.by_ns) - 3 * row.std_ns;
-    if (latest == nullptr || sure > std::abs(latest->by_ns) - 3 * latest->std_ns) latest = &row;
+    if (latest == nullptr || row.sure_ns() > latest->sure_ns()) latest = &row;
   }
   if (latest == nullptr) return;
   const double nats =
@@ -202,19 +199,13 @@ void DetectorWaits::find_walk(FoundList& found, double detections_a_frame, doubl
 
 std::vector<NumberPair> DetectorWaits::walk(double pulse_ns) const {
   constexpr std::size_t most_entries = 16;
-  const Lateness all = lateness(first_sure_wait_ns(pulse_ns));
+  Lateness all = lateness(pulse_ns);
+  while (all.count > 0 && !(all.rows[all.count - 1].sure_ns() > 0)) --all.count;
   std::vector<NumberPair> table;
-  for (std::size_t k = 0; k < all.count; ++k) {
+  for (std::size_t k = 0; k < std::min(all.count, most_entries); ++k) {
     const Late& row = all.rows[k];
     table.push_back({std::round(row.wait_ns * 10) / 10, std::round(row.by_ns / ns_per_ps)});
   }
-  // The last rows without a sure delay are none.
-  while (!table.empty()) {
-    const Late& row = all.rows[table.size() - 1];
-    if (std::abs(row.by_ns) > 3 * row.std_ns) break;
-    table.pop_back();
-  }
-  if (table.size() > most_entries) table.resize(most_entries);
   return table;
 }
 

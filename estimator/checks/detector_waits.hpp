@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -23,15 +24,13 @@ namespace splid::checks {
 // No allocation in the calls but walk().
 class DetectorWaits {
  public:
-  using Times = std::span<const std::int64_t>;
-
   // dead_time_ns: as configured; 0: not given.
   explicit DetectorWaits(double dead_time_ns) : dead_time_ns_(dead_time_ns) {}
   void clear() { *this = DetectorWaits(dead_time_ns_); }
 
   // times_ps: detections of one detector in ascending order, of a time without loss. period_ps: of
   // the pattern, in the same clock.
-  void add(Times times_ps, double period_ps);
+  void add(std::span<const std::int64_t> times_ps, double period_ps);
   // A detection near a pulse of the fitted target. wait_ps: since the detection before; offset_ns:
   // from the pulse; share: of such detections that are of the target.
   void add_return(std::int64_t wait_ps, double offset_ns, double share);
@@ -60,6 +59,7 @@ class DetectorWaits {
   struct Late {
     double wait_ns = 0, count = 0;
     double by_ns = 0, std_ns = 0;
+    [[nodiscard]] double sure_ns() const { return std::abs(by_ns) - 3 * std_ns; }
   };
   struct Lateness {
     std::array<Late, most_rows> rows;
@@ -80,8 +80,7 @@ class DetectorWaits {
   static double begin_ns(std::size_t bin);
   [[nodiscard]] SeenDeadTime seen_dead_time() const;
   [[nodiscard]] Share share_by(double live_from_ns, double early_ns) const;
-  [[nodiscard]] Lateness lateness(double from_ns) const;
-  [[nodiscard]] double first_sure_wait_ns(double pulse_ns) const;
+  [[nodiscard]] Lateness lateness(double pulse_ns) const;
   void find_dead_time(FoundList& found, double detections_a_frame) const;
   void find_afterpulses(FoundList& found, double detections_a_frame) const;
   void find_walk(FoundList& found, double detections_a_frame, double pulse_ns) const;

@@ -23,11 +23,10 @@ constexpr bool changes_sign = false;  // from frame to frame
 double itself(double amount, const FindingScale& /*scale*/) { return amount; }
 double grown(double amount, const FindingScale& /*scale*/) { return std::expm1(amount); }
 double a_second(double amount, const FindingScale& scale) { return amount / scale.seen_ns * 1e9; }
-// A delay of eps P_2(u) ns has the second derivative 12 eps / t_a^2, and one of eps P_3(u) the
-// third derivative 120 eps / t_a^3. Distance is half of delay.
 double to_mps2(double eps_ns, const FindingScale& scale) {
-  return 6e9 * speed_of_light_mps * eps_ns / (scale.length_ns * scale.length_ns);
+  return acceleration_of(eps_ns, scale.length_ns);
 }
+// A delay of eps P_3(u) ns has the third derivative 120 eps / t_a^3. Distance is half of delay.
 double to_mps3(double eps_ns, const FindingScale& scale) {
   return 60e18 * speed_of_light_mps * eps_ns / std::pow(scale.length_ns, 3);
 }

@@ -78,8 +78,6 @@ std::optional<Finding> FrameChecks::take_stray_light(FoldedFrame& frame, const D
                  std::sqrt(photons + 2 * usual) * per_s, gain_nats};
 }
 
-void FrameChecks::put_back(FoldedFrame& frame) { std::swap(cleaned_, frame); }
-
 const FoundList& FrameChecks::sum_up(const FoldedFrame& frame) {
   for (FindingSums& sums : sums_) sums.add(frame);
   if (sums_.at(older_).frames() >= fewest_summed) recent_ = sums_.at(older_).found();

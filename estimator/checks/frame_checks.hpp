@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "estimator/checks/finding_sums.hpp"
@@ -31,7 +32,7 @@ class FrameChecks {
   // others, or many have.
   std::optional<Finding> take_stray_light(FoldedFrame& frame, const DelayTrack& target);
   // Gives a frame the light back that was taken out of it.
-  void put_back(FoldedFrame& frame);
+  void put_back(FoldedFrame& frame) { std::swap(cleaned_, frame); }
 
   // Adds the frame that was judged last, and returns what the last 50 to 100 frames show together.
   const FoundList& sum_up(const FoldedFrame& frame);

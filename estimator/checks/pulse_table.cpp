@@ -10,14 +10,13 @@ constexpr int steps_a_width = 16;
 // Pulses that are three times as wide as configured still end in the table.
 constexpr int least_reach_widths = 40;
 
-struct Cubic {
-  double at_first, slope_first, at_last, slope_last;
-  explicit Cubic(double t)
-      : at_first((1 + 2 * t) * (1 - t) * (1 - t)),
-        slope_first(t * (1 - t) * (1 - t)),
-        at_last(t * t * (3 - 2 * t)),
-        slope_last(t * t * (t - 1)) {}
-};
+// The cubic between two nodes a step apart, at the part t of it, from values and slopes there.
+double cubic(double t, double step, double first, double first_slope, double last,
+             double last_slope) {
+  const double left = 1 - t;
+  return (1 + 2 * t) * left * left * first + t * t * (3 - 2 * t) * last +
+         step * (t * left * left * first_slope - t * t * left * last_slope);
+}
 
 }  // namespace
 
@@ -53,13 +52,10 @@ PulseTable::Values PulseTable::at(double offset_ns) const {
   const auto k = static_cast<std::size_t>(place);
   const double t = place - static_cast<double>(k);
   const Values &a = nodes_[k], &b = nodes_[k + 1];
-  const Cubic by(t);
   const double step = 1 / per_ns_;
-  return {by.at_first * a.light + by.at_last * b.light +
-              step * (by.slope_first * a.density + by.slope_last * b.density),
-          by.at_first * a.density + by.at_last * b.density +
-              step * (by.slope_first * a.slope + by.slope_last * b.slope),
-          a.slope + t * (b.slope - a.slope), a.tail + t * (b.tail - a.tail)};
+  return {cubic(t, step, a.light, a.density, b.light, b.density),
+          cubic(t, step, a.density, a.slope, b.density, b.slope), a.slope + t * (b.slope - a.slope),
+          a.tail + t * (b.tail - a.tail)};
 }
 
 }  // namespace splid::checks
