@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -39,27 +38,14 @@ class HiddenLight {
   Amplitude of(std::size_t target, const Model& at, double dilation);
 
  private:
-  // Ends of dead intervals near a target's pulses, each with the light that it has.
-  struct Ends {
-    const NearSet* near = nullptr;
-    std::vector<double> amplitude;  // of each entry: that of its pulse, times how many ends it is
-  };
-  struct OfTarget {
+  struct OfTarget {  // ends of dead intervals near its pulses
     NearSet last, other_begins;
-    std::array<Ends, 3> ends;  // last, the photons, other_begins
-    double covered = 0;        // by pulses that are covered as a whole
+    const NearSet* photons = nullptr;
+    double covered = 0;  // by pulses that are covered as a whole
   };
-  static void take(const NearSet& near, double sign, Ends& ends);
-  void add(const Ends& ends, const DelayTrack& track, double dilation, double log_width,
-           Amplitude& sum);
-  // Of H, of h, h' and h + y h' times powers of the share, of y h and of y (h + y h').
-  struct Moments {
-    double integral = 0, by_width = 0, by_width_twice = 0;
-    std::array<double, 3> h{}, w{};
-    std::array<double, 5> d1{};
-  };
-  [[nodiscard]] Moments moments_of(const Ends& ends) const;
-  static void add(const Moments& moments, double by_offset, Amplitude& sum);
+  // sign: of the light up to each of these ends, in B.
+  void add(const NearSet& near, double sign, const DelayTrack& track, double dilation,
+           double log_width, Amplitude& sum);
 
   const PulseShape& shape_;
   const PulseTrain& train_;
