@@ -110,14 +110,13 @@ SmallMatrix information_per_ns(const PulseShape& shape, const Comb& comb,
 // How much of the frame a segment of the train takes, with the means there of the products of the
 // track's terms 1, s and P_2.
 Eigen::Matrix3d terms_over(double from, double to) {
-  std::array<double, 5> m{};
-  for (std::size_t k = 0; k < m.size(); ++k) {
-    const auto n = static_cast<double>(k + 1);
-    m.at(k) = (std::pow(to, n) - std::pow(from, n)) / n;
+  Eigen::Matrix3d terms = Eigen::Matrix3d::Zero();
+  const double third = std::sqrt(0.15) * (to - from);  // Gauss's points are exact to order 5
+  for (const double off : {-third, 0.0, third}) {
+    const double s = (from + to) / 2 + off;
+    const Eigen::Vector3d of(1, s, DelayTrack::quadratic_at(s));
+    terms += (off == 0 ? 8 : 5) * (to - from) / 18 * of * of.transpose();
   }
-  Eigen::Matrix3d terms;
-  terms << m[0], m[1], 6 * m[2] - 0.5 * m[0], m[1], m[2], 6 * m[3] - 0.5 * m[1],
-      6 * m[2] - 0.5 * m[0], 6 * m[3] - 0.5 * m[1], 36 * m[4] - 6 * m[2] + 0.25 * m[0];
   return terms;
 }
 
@@ -155,7 +154,7 @@ Model model_of(std::span<const BoundScene> scenes) {
   model.background_per_ns = scenes.front().background_per_ns;
   for (const BoundScene& scene : scenes) {
     const double beta = scene.velocity_mps / speed_of_light_mps;
-    model.add({{scene.delay_ns / (1 + beta), 2 * beta / (1 + beta) * scene.length_ns},
+    model.add({{scene.delay_ns / (1 + beta), walk_ns_at(scene.velocity_mps, scene.length_ns)},
                scene.signal_per_pulse});
   }
   return model;

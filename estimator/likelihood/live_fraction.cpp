@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/model/units.hpp"
+
 namespace splid {
 namespace {
 
@@ -55,8 +57,7 @@ std::vector<double> LiveFraction::chances(const PulseShape& shape, const Comb& c
         double offset = ((k + 1) / cells_per_ns_ - time_ns) * of.dilation;
         double up_to = 0;
         shape.integrate({&offset, 1}, {&up_to, 1});
-        const double turned = k - cells * std::floor(k / cells);
-        light[static_cast<std::size_t>(turned) % live_.size()] +=
+        light[static_cast<std::size_t>(fold_on(k, cells))] +=
             of.signal_per_pulse / inputs * comb.amplitudes[p] * (up_to - before);
         before = up_to;
       }

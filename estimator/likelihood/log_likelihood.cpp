@@ -51,11 +51,9 @@ void LogLikelihood::collect(const Model& about, std::size_t gather_from) {
 }
 
 bool LogLikelihood::is_loaded(const Model& at) const {
-  if (loaded_.count != at.count || loaded_.log_width != at.log_width) return false;
-  for (std::size_t k = 0; k < at.count; ++k) {
-    if (loaded_.targets[k].track != at.targets[k].track) return false;
-  }
-  return true;
+  return loaded_.count == at.count && loaded_.log_width == at.log_width &&
+         std::equal(at.targets.begin(), at.targets.begin() + at.count, loaded_.targets.begin(),
+                    [](const Target& a, const Target& b) { return a.track == b.track; });
 }
 
 // Residuals are times of emission. A photon's offset in its detected pulse is the residual times
@@ -67,8 +65,10 @@ void LogLikelihood::load(const Model& at) {
   for (auto* values : {&offset_, &h_, &d1_, &d2_}) values->resize(entries);
   for (const NearPhotons::Group& group : near_.groups()) {
     for (std::size_t t = 0; t < group.target_count; ++t) {
-      const std::size_t k = group.targets[t];
-      const LikelihoodKernels::Placing placing = placing_of(at, k, near_.near(k).track);
+      const DelayTrack& track = at.targets[group.targets[t]].track;
+      const DelayTrack moved = track - near_.near(group.targets[t]).track;
+      const LikelihoodKernels::Placing placing = {moved.delay_ns, moved.walk_ns, moved.quadratic_ns,
+                                                  dilation(track) * std::exp(-at.log_width)};
       for (std::size_t pulse = 0; pulse < group.pulses; ++pulse) {
         const std::size_t first = group.entries_of(t) + pulse * group.photons;
         kernels_.offsets(offset_.data() + first, near_.residuals_ns().data() + first,
@@ -81,14 +81,6 @@ void LogLikelihood::load(const Model& at) {
 
 double LogLikelihood::dilation(const DelayTrack& track) const {
   return exposure_.scale / (1 - track.walk_ns / exposure_.length_ns);
-}
-
-LikelihoodKernels::Placing LogLikelihood::placing_of(const Model& at, std::size_t target,
-                                                     const DelayTrack& from) const {
-  const DelayTrack& track = at.targets[target].track;
-  const DelayTrack moved = track - from;
-  return {moved.delay_ns, moved.walk_ns, moved.quadratic_ns,
-          dilation(track) * std::exp(-at.log_width)};
 }
 
 // -integral lambda, and the photons that are near no track.
@@ -180,17 +172,12 @@ void LogLikelihood::add_batch(const Batch& of, const Model& at, const Wanted& wa
   add_products(of.count, point);
 }
 
-// How h and its first two derivatives by the offset change where the pulse is wider than
-// configured.
-std::array<double, 3> LogLikelihood::narrowing(const Model& at) {
-  const double narrow = at.log_width == 0 ? 1 : std::exp(-at.log_width);
-  return {narrow, narrow * narrow, narrow * narrow * narrow};
-}
-
 // The light of each target at a batch of photons, and the intensity there.
 void LogLikelihood::gather_light(const Batch& of, const Model& at, const Wanted& wanted) {
-  const std::array<double, 3> narrow = narrowing(at);
-  const std::array<double, 3> by_width = {narrow[0], narrow[1], narrow[0]};
+  // How h and its first two derivatives by the offset change where the pulse is wider.
+  const double once = std::exp(-at.log_width);
+  const std::array<double, 3> narrow = {once, once * once, once * once * once};
+  const std::array<double, 3> by_width = {once, once * once, once};
   const double* weights = near_.weights().data() + of.first_photon();
   for (std::size_t i = 0; i < of.count; ++i) {
     intensity_[i] = weights[i] > 0 ? at.background_per_ns : 1;

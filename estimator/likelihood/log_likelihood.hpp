@@ -108,11 +108,8 @@ class LogLikelihood {
                                                                  const Wanted& wanted,
                                                                  std::size_t count) const;
   void add_products(std::size_t count, Point& point) const;
-  static std::array<double, 3> narrowing(const Model& at);
   // How much longer the pattern is when it comes back, in the tagger's clock.
   [[nodiscard]] double dilation(const DelayTrack& track) const;
-  [[nodiscard]] LikelihoodKernels::Placing placing_of(const Model& at, std::size_t target,
-                                                      const DelayTrack& from) const;
 
   const PulseShape& shape_;
   const PulseTrain& train_;

@@ -55,7 +55,6 @@ class Maximizer {
   Maximum judge(const Model& at, const FreeSet& free);
   // The likelihood, with the photons about the last maximum.
   LogLikelihood& likelihood() { return likelihood_; }
-  [[nodiscard]] const LogLikelihood& likelihood() const { return likelihood_; }
 
  private:
   [[nodiscard]] Model with_rates(const Model& start) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 
 namespace splid::likelihood {
 namespace {
@@ -18,9 +19,8 @@ std::size_t rounded_up(std::size_t photons) {
 // How far from a pulse's time its light is looked for, where the pulse may become wider.
 double reach_ns(double configured_ns, double width_ns, double most_width) {
   if (most_width == 1) return configured_ns;
-  const double gaussian_ns = std::copysign(pulse_reach_widths * width_ns, configured_ns);
-  return std::abs(configured_ns) > std::abs(gaussian_ns * most_width) ? configured_ns
-                                                                      : gaussian_ns * most_width;
+  const double gaussian_ns = pulse_reach_widths * width_ns * most_width;
+  return std::copysign(std::max(std::abs(configured_ns), gaussian_ns), configured_ns);
 }
 
 // How far apart two tracks are at most, to within the sum of their parts.
@@ -97,12 +97,8 @@ void NearPhotons::sort(std::size_t photons) {
   note_kinds(photons);
   lay_out();
   std::array<std::size_t, kinds> next{};
-  std::size_t begin = 0;
-  for (unsigned kind = 1; kind < kinds; ++kind) {
-    next[kind] = begin;
-    begin += count_[kind];
-  }
-  numbers_.resize(begin);
+  std::exclusive_scan(count_.begin(), count_.end(), next.begin(), std::size_t{0});
+  numbers_.resize(next.back() + count_.back());
   near_count_ = 0;
   for (std::size_t k = 0; k < collected_; ++k) {
     for (std::size_t n = 0; n < near_[k].photons(); ++n) {
@@ -113,11 +109,10 @@ void NearPhotons::sort(std::size_t photons) {
       near_count_ += near_[k].weight[n];
     }
   }
-  std::size_t first = 0, group = 0;
+  auto group = groups_.begin();
   for (unsigned kind = 1; kind < kinds; ++kind) {
     if (count_[kind] == 0) continue;
-    fill(groups_[group++], std::span(numbers_).subspan(first, count_[kind]));
-    first += count_[kind];
+    fill(*group++, std::span(numbers_).subspan(next[kind] - count_[kind], count_[kind]));
   }
 }
 
