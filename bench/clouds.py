@@ -4,8 +4,9 @@
   python3 bench/clouds.py --output docs/guide | scripts/evidence clouds
 
 Simulates a scan of 64 x 64 dwells of 5 ms and an array of 10 x 6 pixels, makes a cloud of each with `splid cloud`, and
-draws range and radial velocity as scan.png and array.png into the folder. Prints a row for each: the points, and what
-they are off by from the simulated truth. A point more than 0.3 m off, 20 pulse widths, is a wrong peak."""
+draws range and radial velocity as scan.png and array.png into the folder. Then 200 frames of 7 x 7 pixels that see a
+plate before a wall, each pixel by itself and with scene.rigid. Prints a row for each: the points, and what they are off
+by from the simulated truth. A point more than 0.3 m off, 20 pulse widths, is a wrong peak."""
 
 import argparse
 import json
@@ -34,10 +35,15 @@ SURFACES = {
                 "azimuth_deg": [-9, -2], "elevation_deg": [-7, 2]}]}
 
 
-def config_of(columns, rows, pitch_deg):
+PLATE = {"planes": [{"motion": "linear", "distance_m": 20, "velocity_mps": 1.2, "azimuth_deg": [-3, 3],
+                     "elevation_deg": [-3, 3]},
+                    {"motion": "linear", "distance_m": 25}]}
+
+
+def config_of(columns, rows, pitch_deg, surfaces):
     return {"schema": "splid.config", "v": [1, 0],
             "source": {"driver": "simulator", "pace": "max", "seed": 3,
-                       "array": {"columns": columns, "rows": rows, "pitch_deg": pitch_deg, **SURFACES}},
+                       "array": {"columns": columns, "rows": rows, "pitch_deg": pitch_deg, **surfaces}},
             "pattern": {"file": str(ROOT / "config/patterns/interleaved-180-189.json")},
             "scene": {"max_speed_mps": 20}}
 
@@ -45,7 +51,7 @@ def config_of(columns, rows, pitch_deg):
 def scan():
     columns = rows = 64
     pitch_deg, dwell_ms, return_ms = 0.5, 5, 2
-    config = config_of(columns, rows, pitch_deg)
+    config = config_of(columns, rows, pitch_deg, SURFACES)
     config["source"]["scanner"] = {"dwell_ms": dwell_ms, "return_ms": return_ms, "both_ways": True}
     edge_deg = pitch_deg * (columns - 1) / 2
     config["frame"] = {"length_ms": dwell_ms}
@@ -53,13 +59,23 @@ def scan():
     return config, rows * (columns * dwell_ms + return_ms) * 1e-3
 
 
+def pixels_of(columns, rows, pitch_deg):
+    return [{"input": row * columns + column + 1, "azimuth_deg": pitch_deg * (column - (columns - 1) / 2),
+             "elevation_deg": pitch_deg * ((rows - 1) / 2 - row)}
+            for row in range(rows) for column in range(columns)]
+
+
 def array():
-    columns, rows, pitch_deg = 10, 6, 3.0
-    config = config_of(columns, rows, pitch_deg)
-    config["pixels"] = [{"input": row * columns + column + 1, "azimuth_deg": pitch_deg * (column - (columns - 1) / 2),
-                         "elevation_deg": pitch_deg * ((rows - 1) / 2 - row)}
-                        for row in range(rows) for column in range(columns)]
+    config = config_of(10, 6, 3.0, SURFACES)
+    config["pixels"] = pixels_of(10, 6, 3.0)
     return config, 0.051  # one frame
+
+
+def plate(rigid):
+    config = config_of(7, 7, 1.5, PLATE)
+    config["pixels"] = pixels_of(7, 7, 1.5)
+    config["scene"]["rigid"] = rigid
+    return config, 10
 
 
 def run(*arguments):
@@ -126,9 +142,9 @@ def draw(points, array, dwell):
     return figure
 
 
-def row_of(name, points, pixels):
+def row_of(name, points, most):
     right = points.right
-    cells = [name, f"{len(right)} of {pixels}", f"{np.sum(~right)}"]
+    cells = [name, f"{len(right)} of {most}", f"{np.sum(~right)}"]
     for what, factor in (("distance", 1e3), ("velocity", 1e2)):
         errors = (getattr(points, what) - getattr(points, "true_" + what))[right]
         std = points.std[what][right]
@@ -137,23 +153,30 @@ def row_of(name, points, pixels):
     return cells
 
 
+def cloud_of(config, seconds):
+    with tempfile.TemporaryDirectory() as scratch:
+        files = {kind: pathlib.Path(scratch) / f"cloud.{kind}" for kind in ("json", "ptu", "truth.json", "pcd")}
+        files["json"].write_text(json.dumps(config))
+        run("simulate", "--config", files["json"], "--seconds", seconds, "--output", files["ptu"])
+        run("cloud", files["ptu"], "--config", files["json"], "--output", files["pcd"])
+        return Points(read_pcd(files["pcd"]), json.loads(files["truth.json"].read_text()), config["source"]["array"])
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--output", type=pathlib.Path, required=True)
     folder = parser.parse_args().output
     print("| cloud | points of pixels | wrong peaks | distance: RMSE, mm | published, mm | within 1, % | "
           "velocity: RMSE, cm/s | published, cm/s | within 1, % |\n" + "|---" * 9 + "|")
-    for name, made, dwell in (("scan", scan, "one after another, 5 ms each"), ("array", array, "a frame of 50 ms")):
-        config, seconds = made()
-        with tempfile.TemporaryDirectory() as scratch:
-            files = {kind: pathlib.Path(scratch) / f"{name}.{kind}" for kind in ("json", "ptu", "truth.json", "pcd")}
-            files["json"].write_text(json.dumps(config))
-            run("simulate", "--config", files["json"], "--seconds", seconds, "--output", files["ptu"])
-            run("cloud", files["ptu"], "--config", files["json"], "--output", files["pcd"])
-            grid = config["source"]["array"]
-            points = Points(read_pcd(files["pcd"]), json.loads(files["truth.json"].read_text()), grid)
-        draw(points, grid, dwell).savefig(folder / f"{name}.png", dpi=110)
-        print("| " + " | ".join(row_of(name, points, grid["columns"] * grid["rows"])) + " |", flush=True)
+    clouds = [("scan", scan(), 1, "one after another, 5 ms each"), ("array", array(), 1, "a frame of 50 ms"),
+              ("a plate before a wall, each pixel by itself", plate(False), 200, ""),
+              ("a plate before a wall, `rigid`", plate(True), 200, "")]
+    for name, (config, seconds), frames, dwell in clouds:
+        points = cloud_of(config, seconds)
+        grid = config["source"]["array"]
+        if dwell:
+            draw(points, grid, dwell).savefig(folder / f"{name}.png", dpi=110)
+        print("| " + " | ".join(row_of(name, points, grid["columns"] * grid["rows"] * frames)) + " |", flush=True)
 
 
 if __name__ == "__main__":
