@@ -99,186 +99,159 @@ struct FrameEstimator::Workspace {
     return reference == ClockReference::tagger ? frame.scale : 1;
   }
 
-  Estimate estimate(const FrameView& view, TargetTrack* track, Effort most);
-  bool fold(const FrameView& view, Estimate& estimate);
-  std::optional<Found> find(const FrameView& view, TargetTrack* track, Effort most);
-  std::optional<Found> look_for(const FrameView& view, TargetTrack* track, Effort most);
+  Estimate estimate(const FrameView& view, TargetTrack* track, Effort most) {
+    Estimate estimate;
+    if (!fold(view, estimate)) return estimate;
+    const std::optional<Found> found = find(view, track, most);
+    report_light(estimate);
+    if (!found) return estimate;
+    estimate.threshold_nats = found->threshold_nats;
+    estimate.significance_nats = found->targets[0].gain_nats;
+    estimate.findings = found->verdicts[0].found;
+    const bool is_none = found->best.model.count == 1 && found->is_no_target();
+    if (is_none || !found->is_target) return estimate;
+    report(view, *found, estimate);
+    if (checks && has_recent_findings) estimate.recent_findings = checks->sum_up(frame);
+    if (track != nullptr) search.remember(frame, view.mid_ps(), estimate, *track);
+    return estimate;
+  }
+
+  // Fold: returns whether there is anything to look at.
+  bool fold(const FrameView& view, Estimate& estimate) {
+    estimate.photons = view.photons_ps.size();
+    estimate.threshold_nats = search.threshold_nats();
+    const double seen_ns = view.seen_ns();
+    if (seen_ns > 0) estimate.background_per_ns = static_cast<double>(estimate.photons) / seen_ns;
+    estimate.status = view.sync.locked ? FrameStatus::no_target : FrameStatus::no_sync;
+    if (!view.sync.locked || estimate.photons == 0 || seen_ns <= 0) return false;
+    frame.fold(view, train);
+    frame.dead = dead_time && dead_time->find(view, train) ? &*dead_time : nullptr;
+    return true;
+  }
+
+  // Where the light is that of no target, there may be one beside it.
+  std::optional<Found> find(const FrameView& view, TargetTrack* track, Effort most) {
+    std::optional<Found> found = look_for(view, track, most);
+    if (!found || !found->verdicts[0].is_foreign) return found;
+    if (frame.dead != nullptr || found->best.model.count > 1) return found;
+    const auto stray = checks->take_stray_light(frame, found->best.track());
+    if (!stray) return found;
+    std::optional<Found> beside = look_for(view, nullptr, most);
+    if (!beside || !beside->is_target || beside->is_no_target()) {
+      checks->put_back(frame);
+      return found;
+    }
+    beside->verdicts[0].found.add(*stray);
+    return beside;
+  }
+
+  std::optional<Found> look_for(const FrameView& view, TargetTrack* track, Effort most) {
+    Look look = track != nullptr && !by_paper             ? Look::follow
+                : search.must_accelerate(frame.length_ns) ? Look::curved
+                                                          : Look::straight;
+    std::optional<Found> best;
+    while (true) {
+      std::optional<Found> found = find_by(look, view, track, most);
+      const bool is_better =
+          found &&
+          (!best || !best->is_target || look != Look::curved ||
+           (found->is_target && found->best.gain_nats >= best->best.gain_nats + likely_nats));
+      if (is_better) best = found;
+      const Look next = look_after(look, best, track);
+      if (track != nullptr)
+        track->followed = look == Look::follow && next == look ? track->followed + 1 : 0;
+      if (next == look) return best;
+      look = next;
+    }
+  }
+
+  // The look that follows where one has not settled the frame; the same one where none does. What
+  // the model does not explain is looked for along more paths.
   [[nodiscard]] Look look_after(Look look, const std::optional<Found>& found,
-                                const TargetTrack* track) const;
+                                const TargetTrack* track) const {
+    const bool is_target = found && found->is_target;
+    if (look == Look::follow) {
+      const Look next = search.must_accelerate(frame.length_ns) ? Look::curved : Look::straight;
+      if (!is_target || found->has_findings()) return next;
+      return FrameSearch::has_changed(*track, found->best) ? next : look;
+    }
+    if (look == Look::curved || !search.may_accelerate()) return look;
+    if (search.accelerates_little(frame.length_ns)) {
+      return is_target && found->start.at.gain_nats > search.settled_nats() ? look : Look::curved;
+    }
+    return is_target && checks && !found->has_findings() ? look : Look::curved;
+  }
+
   std::optional<Found> find_by(Look look, const FrameView& view, const TargetTrack* track,
-                               Effort most);
-  std::optional<Start> start_by(Look look, const FrameView& view, const TargetTrack* track,
-                                Effort most);
-  Found fit(Look look, const Start& start);
-  void select(Found& found, Effort most);
-  void report_light(Estimate& estimate) const;
-  void report(const FrameView& view, const Found& found, Estimate& estimate);
-  void report_target(const FrameView& view, const Found& found, std::size_t k, Estimate& estimate);
-};
-
-Estimate FrameEstimator::Workspace::estimate(const FrameView& view, TargetTrack* track,
-                                             Effort most) {
-  Estimate estimate;
-  if (!fold(view, estimate)) return estimate;
-  const std::optional<Found> found = find(view, track, most);
-  report_light(estimate);
-  if (!found) return estimate;
-  estimate.threshold_nats = found->threshold_nats;
-  estimate.significance_nats = found->targets[0].gain_nats;
-  estimate.findings = found->verdicts[0].found;
-  const bool is_none = found->best.model.count == 1 && found->is_no_target();
-  if (is_none || !found->is_target) return estimate;
-  report(view, *found, estimate);
-  if (checks && has_recent_findings) estimate.recent_findings = checks->sum_up(frame);
-  if (track != nullptr) search.remember(frame, view.mid_ps(), estimate, *track);
-  return estimate;
-}
-
-// Fold: returns whether there is anything to look at.
-bool FrameEstimator::Workspace::fold(const FrameView& view, Estimate& estimate) {
-  estimate.photons = view.photons_ps.size();
-  estimate.threshold_nats = search.threshold_nats();
-  const double seen_ns = view.seen_ns();
-  if (seen_ns > 0) estimate.background_per_ns = static_cast<double>(estimate.photons) / seen_ns;
-  estimate.status = view.sync.locked ? FrameStatus::no_target : FrameStatus::no_sync;
-  if (!view.sync.locked || estimate.photons == 0 || seen_ns <= 0) return false;
-  frame.fold(view, train);
-  frame.dead = dead_time && dead_time->find(view, train) ? &*dead_time : nullptr;
-  return true;
-}
-
-// Where the light is that of no target, there may be one beside it.
-std::optional<Found> FrameEstimator::Workspace::find(const FrameView& view, TargetTrack* track,
-                                                     Effort most) {
-  std::optional<Found> found = look_for(view, track, most);
-  if (!found || !found->verdicts[0].is_foreign) return found;
-  if (frame.dead != nullptr || found->best.model.count > 1) return found;
-  const auto stray = checks->take_stray_light(frame, found->best.track());
-  if (!stray) return found;
-  std::optional<Found> beside = look_for(view, nullptr, most);
-  if (!beside || !beside->is_target || beside->is_no_target()) {
-    checks->put_back(frame);
+                               Effort most) {
+    const std::optional<Start> start = start_by(look, view, track, most);
+    if (!start) return std::nullopt;
+    Found found{target_fit.fit(look, *start, frame), {}, {}};
+    found.targets[0] = {found.best.gain_nats, found.odds_nats};
+    if (!found.is_target) return found;
+    select(found, most);
+    if (checks) found.verdicts = checks->judge(view, frame, found.best, found.track_terms);
     return found;
   }
-  beside->verdicts[0].found.add(*stray);
-  return beside;
-}
 
-std::optional<Found> FrameEstimator::Workspace::look_for(const FrameView& view, TargetTrack* track,
-                                                         Effort most) {
-  Look look = track != nullptr && !by_paper             ? Look::follow
-              : search.must_accelerate(frame.length_ns) ? Look::curved
-                                                        : Look::straight;
-  std::optional<Found> best;
-  while (true) {
-    std::optional<Found> found = find_by(look, view, track, most);
-    const bool is_better =
-        found &&
-        (!best || !best->is_target || look != Look::curved ||
-         (found->is_target && found->best.gain_nats >= best->best.gain_nats + likely_nats));
-    if (is_better) best = found;
-    const Look next = look_after(look, best, track);
-    if (track != nullptr)
-      track->followed = look == Look::follow && next == look ? track->followed + 1 : 0;
-    if (next == look) return best;
-    look = next;
+  // Search.
+  std::optional<Start> start_by(Look look, const FrameView& view, const TargetTrack* track,
+                                Effort most) {
+    if (by_paper) return by_paper->start(view, frame, search);
+    if (look == Look::follow) return search.follow(frame, *track, view.mid_ps(), to_reference());
+    return look == Look::curved ? search.curved(frame, most) : search.straight(frame, most);
   }
-}
 
-// The look that follows where one has not settled the frame; the same one where none does. What the
-// model does not explain is looked for along more paths.
-Look FrameEstimator::Workspace::look_after(Look look, const std::optional<Found>& found,
-                                           const TargetTrack* track) const {
-  const bool is_target = found && found->is_target;
-  if (look == Look::follow) {
-    const Look next = search.must_accelerate(frame.length_ns) ? Look::curved : Look::straight;
-    if (!is_target || found->has_findings()) return next;
-    return FrameSearch::has_changed(*track, found->best) ? next : look;
+  // Select: the targets beside the first one.
+  void select(Found& found, Effort most) {
+    if (!several) return;
+    // Beside a target at rest another one may move.
+    const std::size_t terms = std::max<std::size_t>(found.track_terms, search.moves() ? 2 : 1);
+    const selection::Selection& selected = several->select(frame, found.best, terms, most);
+    if (selected.count < 2) return;
+    found.track_terms = terms;
+    if (!search.moves() && several->gain_by_moving_nats() > certain_nats) {
+      found.is_target = false;
+      return;
+    }
+    found.best = selected.best;
+    found.targets = selected.targets;
   }
-  if (look == Look::curved || !search.may_accelerate()) return look;
-  if (search.accelerates_little(frame.length_ns)) {
-    return is_target && found->start.at.gain_nats > search.settled_nats() ? look : Look::curved;
+
+  // Report: the light as it is if none of the photons is from a target.
+  void report_light(Estimate& estimate) const {
+    estimate.dead_time_modelled = frame.dead != nullptr;
+    estimate.blind_fraction = frame.dead_ns() / frame.seen_ns;
+    estimate.background_per_ns =
+        static_cast<double>(estimate.photons) / frame.seen_ns / (1 - estimate.blind_fraction);
   }
-  return is_target && checks && !found->has_findings() ? look : Look::curved;
-}
 
-std::optional<Found> FrameEstimator::Workspace::find_by(Look look, const FrameView& view,
-                                                        const TargetTrack* track, Effort most) {
-  const std::optional<Start> start = start_by(look, view, track, most);
-  if (!start) return std::nullopt;
-  Found found = fit(look, *start);
-  if (!found.is_target) return found;
-  select(found, most);
-  if (checks) found.verdicts = checks->judge(view, frame, found.best, found.track_terms);
-  return found;
-}
-
-// Search.
-std::optional<Start> FrameEstimator::Workspace::start_by(Look look, const FrameView& view,
-                                                         const TargetTrack* track, Effort most) {
-  if (by_paper) return by_paper->start(view, frame, search);
-  if (look == Look::follow) return search.follow(frame, *track, view.mid_ps(), to_reference());
-  return look == Look::curved ? search.curved(frame, most) : search.straight(frame, most);
-}
-
-// Fit.
-Found FrameEstimator::Workspace::fit(Look look, const Start& start) {
-  Found found{target_fit.fit(look, start, frame), {}, {}};
-  found.targets[0] = {found.best.gain_nats, found.odds_nats};
-  return found;
-}
-
-// Select: the targets beside the first one.
-void FrameEstimator::Workspace::select(Found& found, Effort most) {
-  if (!several) return;
-  // Beside a target at rest another one may move.
-  const std::size_t terms = std::max<std::size_t>(found.track_terms, search.moves() ? 2 : 1);
-  const selection::Selection& selected = several->select(frame, found.best, terms, most);
-  if (selected.count < 2) return;
-  found.track_terms = terms;
-  if (!search.moves() && several->gain_by_moving_nats() > certain_nats) {
-    found.is_target = false;
-    return;
+  void report(const FrameView& view, const Found& found, Estimate& estimate) {
+    const std::size_t count = found.best.model.count;
+    estimate.target_count = count > 1 ? count : 0;
+    for (std::size_t k = count; k-- > 0;) {
+      report_target(view, found, k, estimate);
+      if (count > 1) estimate.targets.at(k) = estimate.first_target();
+    }
+    if (is_width_fitted) fill_width(estimate, found.best, shape->width_ns());
+    if (frame.dead != nullptr) {
+      estimate.low_by_split = low_by_split(view, estimate, train);
+      widen_by_flicker(view, train, frame.dead->share, estimate);
+    }
   }
-  found.best = selected.best;
-  found.targets = selected.targets;
-}
 
-// Report: the light as it is if none of the photons is from a target.
-void FrameEstimator::Workspace::report_light(Estimate& estimate) const {
-  estimate.dead_time_modelled = frame.dead != nullptr;
-  estimate.blind_fraction = frame.dead_ns() / frame.seen_ns;
-  estimate.background_per_ns =
-      static_cast<double>(estimate.photons) / frame.seen_ns / (1 - estimate.blind_fraction);
-}
-
-void FrameEstimator::Workspace::report(const FrameView& view, const Found& found,
-                                       Estimate& estimate) {
-  const std::size_t count = found.best.model.count;
-  estimate.target_count = count > 1 ? count : 0;
-  for (std::size_t k = count; k-- > 0;) {
-    report_target(view, found, k, estimate);
-    if (count > 1) estimate.targets.at(k) = estimate.first_target();
+  void report_target(const FrameView& view, const Found& found, std::size_t k, Estimate& estimate) {
+    const checks::Verdict& verdict = found.verdicts.at(k);
+    fill_values(estimate, found.best, k, verdict.wider,
+                {frame.length_ns, search.told_apart_ns(), to_reference()}, view.sync);
+    estimate.significance_nats = found.targets.at(k).gain_nats;
+    estimate.range_odds_nats = found.targets.at(k).range_odds_nats;
+    estimate.findings = verdict.found;
+    const bool is_sure = estimate.range_odds_nats >= search.least_odds_nats() &&
+                         !verdict.is_doubtful && !verdict.is_no_target(found.threshold_nats);
+    estimate.status = search.is_periodic() || !is_sure ? FrameStatus::ambiguous : FrameStatus::ok;
   }
-  if (is_width_fitted) fill_width(estimate, found.best, shape->width_ns());
-  if (frame.dead != nullptr) {
-    estimate.low_by_split = low_by_split(view, estimate, train);
-    widen_by_flicker(view, train, frame.dead->share, estimate);
-  }
-}
-
-void FrameEstimator::Workspace::report_target(const FrameView& view, const Found& found,
-                                              std::size_t k, Estimate& estimate) {
-  const checks::Verdict& verdict = found.verdicts.at(k);
-  fill_values(estimate, found.best, k, verdict.wider,
-              {frame.length_ns, search.told_apart_ns(), to_reference()}, view.sync);
-  estimate.significance_nats = found.targets.at(k).gain_nats;
-  estimate.range_odds_nats = found.targets.at(k).range_odds_nats;
-  estimate.findings = verdict.found;
-  const bool is_sure = estimate.range_odds_nats >= search.least_odds_nats() &&
-                       !verdict.is_doubtful && !verdict.is_no_target(found.threshold_nats);
-  estimate.status = search.is_periodic() || !is_sure ? FrameStatus::ambiguous : FrameStatus::ok;
-}
+};
 
 FrameEstimator::FrameEstimator(const Pattern& pattern, const PulseOptions& pulse,
                                const SceneOptions& scene, const EstimatorOptions& options,

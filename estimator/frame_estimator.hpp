@@ -38,9 +38,8 @@ namespace splid {
 // maximum likelihood. The same frame (and the same track) gives the same bits, whatever frames came
 // before and whichever vector width the machine has; only recent_findings tell of other frames.
 //
-// Threads: one for each object; objects share nothing. Errors: none after construction; a frame
-// that cannot be estimated has a status that says why. No allocation in estimate() with method
-// search, for frames of up to max_photons; a frame with more makes the memory grow.
+// Errors: none after construction; a frame that cannot be estimated has a status that says why. A
+// frame of more than max_photons makes the memory grow.
 class FrameEstimator {
  public:
   // frame_length_ms: nominal, > 0. max_photons: that a frame may have. reference: whose clock the

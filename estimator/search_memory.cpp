@@ -20,7 +20,8 @@ std::optional<OptionFault> too_large_a_search(const Pattern& pattern, const Puls
                                               const SceneOptions& scene,
                                               const EstimatorOptions& options,
                                               double frame_length_ms) {
-  constexpr std::size_t bytes_a_mib = 1 << 20;
+  // So much takes a second or two to make, and a photon's place is reserved for each pulse near it.
+  constexpr std::size_t bytes_a_mib = 1 << 20, most_mib = 1 << 10, most_pulses_near = 256;
   const PulseTrain train(pattern);
   const auto shape = configured_pulse(pattern, pulse);
   // The least that a zoom looks at, to either side.
@@ -34,10 +35,10 @@ std::optional<OptionFault> too_large_a_search(const Pattern& pattern, const Puls
     return OptionFault{"", text.str()};
   }
   const std::size_t bytes = search_table_bytes(pattern, pulse, scene, options, frame_length_ms);
-  if (bytes <= most_search_bytes) return std::nullopt;
-  text << "the tables of the search would take " << bytes / bytes_a_mib << " MiB, "
-       << most_search_bytes / bytes_a_mib << " at most: its pulses are " << train.closest_ns
-       << " ns apart or more, in " << train.circle_ns << " ns; space the pulses, shorten the "
+  if (bytes <= most_mib * bytes_a_mib) return std::nullopt;
+  text << "the tables of the search would take " << bytes / bytes_a_mib << " MiB, " << most_mib
+       << " at most: its pulses are " << train.closest_ns << " ns apart or more, in "
+       << train.circle_ns << " ns; space the pulses, shorten the "
        << "period, or lower /scene/max_speed_mps, /frame/length_ms or /estimator/effort";
   return OptionFault{"", text.str()};
 }
