@@ -38,8 +38,6 @@ std::vector<double> strong_side_lobes_ns(const Comb& comb, double tolerance_ns);
 // Finds, for a phase in [0, period), the pulses p whose windows [t_p + first, t_p + last] the phase
 // may lie in, by one look into a table. Pulses of the periods before and after are among them, at
 // t_p + m period.
-//
-// Memory: 9 bytes a bucket, at most 288 KiB.
 class CombWindow {
  public:
   // first_ns < last_ns.

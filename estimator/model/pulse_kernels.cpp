@@ -54,7 +54,6 @@ void gaussian(double* __restrict h, double* __restrict d1, double* __restrict d2
 
 }  // namespace
 
-extern const PulseKernels pulse_kernels;
 const PulseKernels pulse_kernels = {gaussian};
 
 }  // namespace splid::SPLID_KERNEL_LEVEL

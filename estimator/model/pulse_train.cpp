@@ -9,20 +9,18 @@ namespace splid {
 
 PulseTrain::PulseTrain(const Pattern& pattern) : period_ns(pattern_period_ps(pattern) * ns_per_ps) {
   double begin_ns = 0;
-  double amplitude = 0;
-  double pulses = 0;
   closest_ns = period_ns;
   for (const PatternSegment& segment : pattern.segments) {
     const double repeats = pattern.segments.size() == 1 ? 1 : static_cast<double>(segment.repeats);
     const double end_ns = begin_ns + repeats * segment.period_ps * ns_per_ps;
     segments.push_back({Comb(segment), begin_ns, end_ns, 1, {}});
-    amplitude += repeats * segments.back().comb.total_amplitude;
-    pulses += repeats * static_cast<double>(segments.back().comb.times_ns.size());
+    amplitude_per_ns += repeats * segments.back().comb.total_amplitude;
+    pulses_per_ns += repeats * static_cast<double>(segments.back().comb.times_ns.size());
     closest_ns = std::min(closest_ns, segments.back().comb.closest_ns);
     begin_ns = end_ns;
   }
-  amplitude_per_ns = amplitude / period_ns;
-  pulses_per_ns = pulses / period_ns;
+  amplitude_per_ns /= period_ns;
+  pulses_per_ns /= period_ns;
   circle_ns = period_ns;
   if (single()) {
     if (pattern.mode == Mode::interleaved) {

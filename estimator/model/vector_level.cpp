@@ -1,22 +1,9 @@
 #include "estimator/model/vector_level.hpp"
 
+#include <array>
 #include <atomic>
 
 namespace splid {
-
-const char* vector_level_name(VectorLevel level) {
-  switch (level) {
-    case VectorLevel::generic:
-      return "generic";
-    case VectorLevel::x86_64_v3:
-      return "x86_64_v3";
-    case VectorLevel::x86_64_v4:
-      return "x86_64_v4";
-    case VectorLevel::neon:
-      return "neon";
-  }
-  return "unknown";
-}
 
 namespace {
 
@@ -26,6 +13,11 @@ std::atomic<VectorLevel>& used_level() {
 }
 
 }  // namespace
+
+const char* vector_level_name(VectorLevel level) {
+  constexpr std::array names = {"generic", "x86_64_v3", "x86_64_v4", "neon"};
+  return names.at(static_cast<std::size_t>(level));
+}
 
 std::vector<VectorLevel> runnable_vector_levels() {
   std::vector<VectorLevel> levels = {VectorLevel::generic};
