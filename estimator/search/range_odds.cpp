@@ -61,22 +61,19 @@ double RangeOdds::volume_nats(const Maximum& fit) const {
   return std::log(signal * delay_share) + walk_nats;
 }
 
-double RangeOdds::apart_ns(DelayTrack a, DelayTrack b) const {
-  return std::abs(std::remainder(a.delay_ns - b.delay_ns, volume_.period_ns));
-}
-
 bool RangeOdds::is_same_range(DelayTrack a, DelayTrack b) const {
-  const double width_ns = volume_.width_ns;
-  return apart_ns(a, b) < same_range_widths * width_ns &&
-         std::abs(a.walk_ns - b.walk_ns) < 2 * same_range_widths * width_ns;
+  const double apart_ns = std::remainder(a.delay_ns - b.delay_ns, volume_.period_ns);
+  const double most_ns = same_range_widths * volume_.width_ns;
+  return std::abs(apart_ns) < most_ns && std::abs(a.walk_ns - b.walk_ns) < 2 * most_ns;
 }
 
 void RangeOdds::add(const Maximum& peak) {
-  const bool has_volume = peak.has_covariance && peak.covariance(0, 0) > 0;
-  keep({peak.track(), peak.gain_nats, has_volume ? volume_nats(peak) : 0, has_volume});
+  Peak added = {{peak.track(), peak.gain_nats}, std::nullopt};
+  if (peak.has_covariance && peak.covariance(0, 0) > 0) added.volume_nats = volume_nats(peak);
+  keep(added);
 }
 
-void RangeOdds::add(DelayTrack line, double gain_nats) { keep({line, gain_nats, 0, false}); }
+void RangeOdds::add(DelayTrack line, double gain_nats) { keep({{line, gain_nats}, std::nullopt}); }
 
 void RangeOdds::keep(const Peak& peak) {
   for (Peak& other : peaks_) {
@@ -103,29 +100,17 @@ std::optional<RangeOdds::Place> RangeOdds::best_beside(std::span<const DelayTrac
   std::optional<Place> best;
   for (const Peak& peak : peaks_) {
     if (is_one_of(peak.line, lines)) continue;
-    if (!best || peak.gain_nats > best->gain_nats) best = Place{peak.line, peak.gain_nats};
+    if (!best || peak.gain_nats > best->gain_nats) best = peak;
   }
   return best;
-}
-
-double RangeOdds::gain_near(DelayTrack line, double near_ns) const {
-  double most_nats = 0;
-  for (const Peak& peak : peaks_) {
-    if (apart_ns(peak.line, line) > near_ns) continue;
-    if (std::abs(peak.line.walk_ns - line.walk_ns) > near_ns) continue;
-    most_nats = std::max(most_nats, peak.gain_nats);
-  }
-  return most_nats;
 }
 
 double RangeOdds::of(const Maximum& best, std::span<const DelayTrack> others) const {
   const double own_nats = volume_nats(best);
   double elsewhere = std::log(best.signal_per_pulse());  // chance
   for (const Peak& peak : peaks_) {
-    if (is_same_range(peak.line, best.track())) continue;
-    if (is_one_of(peak.line, others)) continue;
-    elsewhere =
-        log_add(elsewhere, peak.gain_nats + (peak.has_volume ? peak.volume_nats : own_nats));
+    if (is_same_range(peak.line, best.track()) || is_one_of(peak.line, others)) continue;
+    elsewhere = log_add(elsewhere, peak.gain_nats + peak.volume_nats.value_or(own_nats));
   }
   return best.gain_nats + own_nats - elsewhere;
 }

@@ -43,19 +43,13 @@ class RangeOdds {
     double gain_nats = 0;
   };
   [[nodiscard]] std::optional<Place> best_beside(std::span<const DelayTrack> lines) const;
-  // The highest gain of a place whose delay and range walk are within near_ns of a line's; 0 where
-  // there is none.
-  [[nodiscard]] double gain_near(DelayTrack line, double near_ns) const;
 
  private:
-  struct Peak {
-    DelayTrack line;
-    double gain_nats;
-    double volume_nats;  // log of the Laplace volume; where there is none, the best peak's counts
-    bool has_volume;
+  struct Peak : Place {
+    // The log of the Laplace volume; where there is none, the best peak's counts.
+    std::optional<double> volume_nats;
   };
   [[nodiscard]] double volume_nats(const likelihood::Maximum& fit) const;
-  [[nodiscard]] double apart_ns(DelayTrack a, DelayTrack b) const;
   // Whether a line has the range and the velocity of another, or of one of several.
   [[nodiscard]] bool is_same_range(DelayTrack a, DelayTrack b) const;
   [[nodiscard]] bool is_one_of(DelayTrack line, std::span<const DelayTrack> lines) const;
