@@ -4,7 +4,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <numeric>
 
 #include "estimator/fold/kernel_choice.hpp"
@@ -45,19 +44,14 @@ SearchGrid SearchGrid::cover(double circle_ns, double bin_ns, double max_walk_ns
 CombRows::CombRows(const PulseTrain& train, std::size_t max_photons, const SearchKernels& kernels)
     : train_(train), kernels_(kernels) {
   for (const PulseTrain::Segment& segment : train.segments) parts_.push_back(parts_of(segment));
-  part_bins_.reserve(parts_.front().size());
+  for (const Part& part : parts_.front()) {
+    if (train.single() && !part.taken_off) part_copies_.push_back(part.copies);
+  }
+  if (part_copies_.size() < 2) part_copies_.clear();
+  part_bins_.reserve(part_copies_.size());
   moved_.reserve(max_photons);
   slice_.reserve(max_photons);
   in_slice_.reserve(most_slices);
-}
-
-CombRows::Part CombRows::whole_part(const PulseTrain::Segment& segment) {
-  Part part;
-  part.copies = segment.copies;
-  for (const double time_ns : segment.comb.times_ns) {
-    part.pulses_32.push_back(to_32(time_ns / segment.comb.period_ns));
-  }
-  return part;
 }
 
 std::vector<CombRows::Part> CombRows::parts_of(const PulseTrain::Segment& segment) {
@@ -78,18 +72,18 @@ std::vector<CombRows::Part> CombRows::parts_of(const PulseTrain::Segment& segmen
     parts.push_back({copies, copies, false, {0}, {}});
   }
   made_of_parts = made_of_parts && std::find(counted.begin(), counted.end(), 0) == counted.end();
+  // The comb as a whole, or what its parts have too often.
+  Part rest;
+  rest.taken_off = made_of_parts;
   if (!made_of_parts) {
-    parts = {whole_part(segment)};
-  } else {
-    Part twice;
-    twice.taken_off = true;
-    for (std::size_t p = 0; p < counted.size(); ++p) {
-      const auto extra = static_cast<std::size_t>(counted[p] - 1);
-      twice.pulses_32.insert(twice.pulses_32.end(), extra,
-                             to_32(comb.times_ns[p] / comb.period_ns));
-    }
-    parts.push_back(twice);
+    rest.copies = segment.copies;
+    parts.clear();
   }
+  for (std::size_t p = 0; p < counted.size(); ++p) {
+    const auto times = static_cast<std::size_t>(made_of_parts ? counted[p] - 1 : 1);
+    rest.pulses_32.insert(rest.pulses_32.end(), times, to_32(comb.times_ns[p] / comb.period_ns));
+  }
+  parts.push_back(rest);
   for (Part& part : parts) {
     for (std::uint32_t copy = 0; copy < part.copies; ++copy) {
       for (const std::uint32_t pulse : part.pulses_32) {
@@ -163,7 +157,7 @@ void CombRows::fill(const SearchGrid& grid, Count* rows, Count* histogram, Count
   for (std::size_t s = 0; s < parts_.size(); ++s) {
     if (frame_->group_end[s] == frame_->group_begin(s)) continue;
     for (const Part& part : parts_[s]) {
-      if (!fits_in_bins(grid, part)) {
+      if (!fits_in_bins(grid, part.copies)) {
         fill_part(grid, s, part, rows, histogram);
         continue;
       }
@@ -182,46 +176,36 @@ template void CombRows::fill(const SearchGrid&, std::uint16_t*, std::uint16_t*, 
 template void CombRows::fill(const SearchGrid&, std::uint32_t*, std::uint32_t*, std::uint32_t*);
 
 template <class Count>
+void CombRows::fill_period(const SearchGrid& grid, std::size_t part, Count* rows) {
+  fill_period(grid, 0, parts_.front()[part], rows, static_cast<Count*>(nullptr));
+}
+
+template void CombRows::fill_period(const SearchGrid&, std::size_t, std::uint8_t*);
+template void CombRows::fill_period(const SearchGrid&, std::size_t, std::uint16_t*);
+template void CombRows::fill_period(const SearchGrid&, std::size_t, std::uint32_t*);
+
+template <class Count>
 void CombRows::fill_period(const SearchGrid& grid, std::size_t group, const Part& part, Count* rows,
                            Count* histogram) {
   std::fill_n(rows, std::size_t{grid.bins / part.copies} * grid.slices, Count{0});
   fill_part(grid, group, part, rows, histogram);
 }
 
-template void CombRows::fill_period(const SearchGrid&, std::size_t, const Part&, std::uint8_t*,
-                                    std::uint8_t*);
-template void CombRows::fill_period(const SearchGrid&, std::size_t, const Part&, std::uint16_t*,
-                                    std::uint16_t*);
-template void CombRows::fill_period(const SearchGrid&, std::size_t, const Part&, std::uint32_t*,
-                                    std::uint32_t*);
-
-std::vector<std::uint32_t> CombRows::part_copies() const {
-  std::vector<std::uint32_t> copies;
-  if (!train_.single()) return copies;
-  for (const Part& part : parts_.front()) {
-    if (!part.taken_off) copies.push_back(part.copies);
-  }
-  if (copies.size() < 2) copies.clear();
-  return copies;
-}
-
 std::span<const std::uint32_t> CombRows::part_bins(const SearchGrid& grid) {
   part_bins_.clear();
-  if (!train_.single()) return {};
-  for (const Part& part : parts_.front()) {
-    if (part.taken_off) continue;
-    if (!fits_in_bins(grid, part) || part.pulses_32.size() != 1) return {};
-    part_bins_.push_back(grid.bins / part.copies);
-  }
   std::uint64_t all = 0;
-  for (const std::uint32_t bins : part_bins_) all += bins;
-  if (part_bins_.size() < 2 || all > grid.bins) part_bins_.clear();
+  for (const std::uint32_t copies : part_copies_) {
+    if (!fits_in_bins(grid, copies)) return {};
+    part_bins_.push_back(grid.bins / copies);
+    all += part_bins_.back();
+  }
+  if (all > grid.bins) return {};
   return part_bins_;
 }
 
-// Whether one period of a part is a whole number of bins, shorter than the circle.
-bool CombRows::fits_in_bins(const SearchGrid& grid, const Part& part) {
-  return part.copies > 1 && grid.bins % part.copies == 0;
+// Whether one of so many periods of a part is a whole number of bins, shorter than the circle.
+bool CombRows::fits_in_bins(const SearchGrid& grid, std::uint32_t copies) {
+  return copies > 1 && grid.bins % copies == 0;
 }
 
 // rows: one period of a part that stands beside others, and else the circle.
@@ -233,28 +217,39 @@ void CombRows::fill_part(const SearchGrid& grid, std::size_t group, const Part& 
   const std::uint32_t bins = fits ? grid.bins / part.copies : grid.bins;
   const std::vector<std::uint32_t>& pulses = fits ? part.pulses_32 : part.circle_32;
   const std::size_t photons = frame_->group_end[group] - frame_->group_begin(group);
+  const auto count = [&](std::span<const std::uint32_t> at, Count one, Count* to) {
+    count_photons(group, {part.turns, fits ? 1 : part.copies, bins}, at, one, to);
+  };
   if (part.taken_off || pulses.size() < 2 ||
       photons * adds_per_increment < std::size_t{bins} * grid.slices) {
-    const Count one = part.taken_off ? static_cast<Count>(-1) : Count{1};
-    count_photons(group, part, fits, bins, pulses, one, rows);
+    count(pulses, part.taken_off ? static_cast<Count>(-1) : Count{1}, rows);
   } else {
-    add_shifted_rows(grid, group, part, fits, bins, rows, histogram);
+    constexpr std::uint32_t at_once = 0;
+    std::fill_n(histogram, std::size_t{bins} * grid.slices, Count{0});
+    count({&at_once, 1}, 1, histogram);
+    add_shifted_rows(histogram, pulses, bins, grid.slices, rows);
   }
 }
 
 // Counts the photons of a group at the delays that each of the pulses gives them, a few hundred
 // photons at a time: the rows that these lie in stay in the first-level cache.
 template <class Count>
-void CombRows::count_photons(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
+void CombRows::count_photons(std::size_t group, const RowScale& scale,
                              std::span<const std::uint32_t> pulses, Count one, Count* rows) const {
   std::array<std::uint32_t, chunk> phases, row_begins, cells;
   const std::size_t end = frame_->group_end[group];
   for (std::size_t begin = frame_->group_begin(group); begin < end; begin += chunk) {
     const std::size_t count = std::min(chunk, end - begin);
-    part_phases(part, fits, begin, std::span(phases).first(count));
-    for (std::size_t i = 0; i < count; ++i) row_begins[i] = slice_[begin + i] * bins;
+    for (std::size_t i = 0; i < count; ++i) {
+      phases[i] = phase_32_[begin + i] * scale.turns;
+      row_begins[i] = slice_[begin + i] * scale.bins;
+    }
+    if (scale.copies > 1) {
+      for (std::uint32_t& phase : std::span(phases).first(count)) phase /= scale.copies;
+    }
     for (const std::uint32_t pulse : pulses) {
-      kernels_.delay_cells(cells.data(), row_begins.data(), phases.data(), pulse, count, bins);
+      kernels_.delay_cells(cells.data(), row_begins.data(), phases.data(), pulse, count,
+                           scale.bins);
       for (std::size_t i = 0; i < count; ++i) {
         rows[cells[i]] = static_cast<Count>(rows[cells[i]] + one);
       }
@@ -262,26 +257,12 @@ void CombRows::count_photons(std::size_t group, const Part& part, bool fits, std
   }
 }
 
-// The phases of some photons in 2^-32 of the part's period or, where the part does not fit into
-// whole bins, of the circle.
-void CombRows::part_phases(const Part& part, bool fits, std::size_t begin,
-                           std::span<std::uint32_t> phases) const {
-  const std::uint32_t* from = phase_32_ + begin;
-  for (std::size_t i = 0; i < phases.size(); ++i) phases[i] = from[i] * part.turns;
-  if (fits || part.copies == 1) return;
-  for (std::uint32_t& phase : phases) phase /= part.copies;
-}
-
-// Shifts one row of all photons by each pulse and adds the rows: a target's photons spread over two
-// or three bins, but the cost does not grow with the number of photons.
+// Adds one row of all photons, shifted by each pulse: a target's photons spread over two or three
+// bins, but the cost does not grow with the number of photons.
 template <class Count>
-void CombRows::add_shifted_rows(const SearchGrid& grid, std::size_t group, const Part& part,
-                                bool fits, std::uint32_t bins, Count* rows, Count* histogram) {
-  const std::vector<std::uint32_t>& pulses = fits ? part.pulses_32 : part.circle_32;
-  std::memset(histogram, 0, std::size_t{bins} * grid.slices * sizeof(Count));
-  constexpr std::uint32_t at_once = 0;
-  count_photons<Count>(group, part, fits, bins, {&at_once, 1}, 1, histogram);
-  for (std::size_t slice = 0; slice < grid.slices; ++slice) {
+void CombRows::add_shifted_rows(const Count* histogram, std::span<const std::uint32_t> pulses,
+                                std::uint32_t bins, std::size_t slices, Count* rows) const {
+  for (std::size_t slice = 0; slice < slices; ++slice) {
     const Count* from = histogram + slice * bins;
     Count* row = rows + slice * bins;
     for (const std::uint32_t pulse : pulses) {

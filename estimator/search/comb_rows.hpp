@@ -51,17 +51,14 @@ class CombRows {
 
   // Of a comb that is made of periodic parts, how many periods of each part the circle has; empty
   // where it is made of less than two.
-  [[nodiscard]] std::vector<std::uint32_t> part_copies() const;
+  [[nodiscard]] std::span<const std::uint32_t> part_copies() const { return part_copies_; }
   // How many bins one period of each part has. Rows of the circle are then the sum of those that
   // fill_period() fills, side by side, but that photons at pulses of two parts count twice.
   // Empty where the comb has no such parts. Valid until the next call.
   [[nodiscard]] std::span<const std::uint32_t> part_bins(const SearchGrid& grid);
-  // Fills grid.slices rows of one period of a part of a train of a single segment. histogram: as
-  // above; null where the part has one pulse.
+  // Fills grid.slices rows of one period of a part that has one pulse, of a single segment.
   template <class Count>
-  void fill_period(const SearchGrid& grid, std::size_t part, Count* rows) {
-    fill_period(grid, 0, parts_.front()[part], rows, static_cast<Count*>(nullptr));
-  }
+  void fill_period(const SearchGrid& grid, std::size_t part, Count* rows);
 
  private:
   struct Part {
@@ -72,10 +69,14 @@ class CombRows {
     std::vector<std::uint32_t> circle_32;  // every copy of every pulse, in 2^-32 of the circle
   };
 
+  // A photon's phase in its comb's period, times `turns` and over `copies`, is that in its row,
+  // which has so many bins: one period of a part, or the circle.
+  struct RowScale {
+    std::uint32_t turns, copies, bins;
+  };
   void count_in_slices(std::uint32_t slices);
-  static Part whole_part(const PulseTrain::Segment& segment);
   static std::vector<Part> parts_of(const PulseTrain::Segment& segment);
-  [[nodiscard]] static bool fits_in_bins(const SearchGrid& grid, const Part& part);
+  [[nodiscard]] static bool fits_in_bins(const SearchGrid& grid, std::uint32_t copies);
   template <class Count>
   void fill_period(const SearchGrid& grid, std::size_t group, const Part& part, Count* rows,
                    Count* histogram);
@@ -83,13 +84,11 @@ class CombRows {
   void fill_part(const SearchGrid& grid, std::size_t group, const Part& part, Count* rows,
                  Count* histogram);
   template <class Count>
-  void count_photons(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
+  void count_photons(std::size_t group, const RowScale& scale,
                      std::span<const std::uint32_t> pulses, Count one, Count* rows) const;
-  void part_phases(const Part& part, bool fits, std::size_t begin,
-                   std::span<std::uint32_t> phases) const;
   template <class Count>
-  void add_shifted_rows(const SearchGrid& grid, std::size_t group, const Part& part, bool fits,
-                        std::uint32_t bins, Count* rows, Count* histogram);
+  void add_shifted_rows(const Count* histogram, std::span<const std::uint32_t> pulses,
+                        std::uint32_t bins, std::size_t slices, Count* rows) const;
   template <class Count>
   void count_between(const SearchGrid& grid, Count* rows);
 
@@ -101,7 +100,7 @@ class CombRows {
   const std::uint32_t* phase_32_ = nullptr;
   std::vector<std::uint32_t> moved_;  // scratch: the phase of each photon
   std::vector<std::uint32_t> slice_;  // of each photon
-  std::vector<std::uint32_t> part_bins_;
+  std::vector<std::uint32_t> part_copies_, part_bins_;
   std::vector<std::uint32_t> in_slice_;  // number of photons in each slice
 };
 
