@@ -3,28 +3,17 @@
 #include <algorithm>
 
 namespace splid {
+namespace {
 
-PartLines::PartLines(const SearchKernels& kernels, std::span<const SearchGrid> grids,
-                     std::span<const std::uint32_t> copies)
-    : kernels_(kernels), longest_(longest_line(grids, copies)) {
-  trees_.reserve(copies.size());
-  for (const std::uint32_t periods : copies) {
-    trees_.emplace_back(kernels, period_grids(grids, periods));
-  }
-  memory_.resize((trees_.size() + 1) * longest_);
-  parts_.reserve(trees_.size());
-  places_.resize(trees_.size());
-}
-
-std::vector<SearchGrid> PartLines::period_grids(std::span<const SearchGrid> grids,
-                                                std::uint32_t periods) {
+// The grids of one period of a part, of which the circle has so many.
+std::vector<SearchGrid> period_grids(std::span<const SearchGrid> grids, std::uint32_t periods) {
   std::vector<SearchGrid> own(grids.begin(), grids.end());
   for (SearchGrid& grid : own) grid.bins = std::max(1U, grid.bins / periods);
   return own;
 }
 
-std::size_t PartLines::longest_line(std::span<const SearchGrid> grids,
-                                    std::span<const std::uint32_t> copies) {
+// The cells of the longest line: those of the part with the longest period.
+std::size_t longest_line(std::span<const SearchGrid> grids, std::span<const std::uint32_t> copies) {
   std::size_t longest = 0;
   for (const std::uint32_t periods : copies) {
     for (const SearchGrid& own : period_grids(grids, periods)) {
@@ -32,6 +21,21 @@ std::size_t PartLines::longest_line(std::span<const SearchGrid> grids,
     }
   }
   return longest;
+}
+
+}  // namespace
+
+PartLines::PartLines(const SearchKernels& kernels, std::span<const SearchGrid> grids,
+                     std::span<const std::uint32_t> copies)
+    : kernels_(kernels),
+      longest_(longest_line(grids, copies)),
+      memory_((copies.size() + 1) * longest_),
+      places_(copies.size()) {
+  trees_.reserve(copies.size());
+  for (const std::uint32_t periods : copies) {
+    trees_.emplace_back(kernels, period_grids(grids, periods));
+  }
+  parts_.reserve(copies.size());
 }
 
 std::size_t PartLines::bytes(std::span<const SearchGrid> grids,

@@ -25,7 +25,6 @@ class PartLines {
   static std::size_t bytes(std::span<const SearchGrid> grids,
                            std::span<const std::uint32_t> copies);
 
-  // Forgets all parts.
   void clear() { parts_.clear(); }
   // Adds up the slices of one more part: rows of one of its periods, of so many bins. The other
   // arguments are those of TaylorTree.
@@ -66,11 +65,6 @@ class PartLines {
     std::uint32_t* line;        // sums of the range walk that is looked at
     std::uint32_t largest = 0;  // of these
   };
-  // The grids of one period of a part, of which the circle has so many; cells of the longest line.
-  static std::vector<SearchGrid> period_grids(std::span<const SearchGrid> grids,
-                                              std::uint32_t periods);
-  static std::size_t longest_line(std::span<const SearchGrid> grids,
-                                  std::span<const std::uint32_t> copies);
   [[nodiscard]] std::size_t next(std::size_t from, std::uint32_t least) const;
 
   const SearchKernels& kernels_;

@@ -70,6 +70,28 @@ void copy_around(Count* to, const Count* row, std::size_t first_bin, std::size_t
   }
 }
 
+// Rows are longest for the largest limit of range walk: a block of fewer lines has at most as many
+// bins more.
+std::size_t longest_row(const SearchGrid& grid) {
+  const std::size_t most = grid.slices - 1;
+  return stride_of(std::min(TaylorTree::block_bins(grid, most) + most, cells_around(grid)));
+}
+
+std::size_t widest_row(std::span<const SearchGrid> grids) {
+  std::size_t widest = 0;
+  for (const SearchGrid& grid : grids) widest = std::max(widest, longest_row(grid));
+  return widest;
+}
+
+std::size_t buffer_cells(std::span<const SearchGrid> grids) {
+  std::size_t cells = 0;
+  for (const SearchGrid& grid : grids) {
+    // The last row is read beyond its end, by as much as a line walks.
+    cells = std::max(cells, longest_row(grid) * grid.slices + grid.slices);
+  }
+  return stride_of(cells);
+}
+
 }  // namespace
 
 std::size_t TaylorTree::block_bins(const SearchGrid& grid, std::size_t most) {
@@ -80,33 +102,10 @@ std::size_t TaylorTree::block_bins(const SearchGrid& grid, std::size_t most) {
 }
 
 TaylorTree::TaylorTree(const SearchKernels& kernels, std::span<const SearchGrid> grids)
-    : kernels_(kernels) {
-  buffer_cells_ = buffer_cells(grids);
-  memory_.resize(2 * buffer_cells_ + row_cells);
-  zeros_.resize(widest_row(grids));
-}
-
-// Rows are longest for the largest limit of range walk: a block of fewer lines has at most as many
-// bins more.
-std::size_t TaylorTree::longest_row(const SearchGrid& grid) {
-  const std::size_t most = grid.slices - 1;
-  return stride_of(std::min(block_bins(grid, most) + most, cells_around(grid)));
-}
-
-std::size_t TaylorTree::widest_row(std::span<const SearchGrid> grids) {
-  std::size_t widest = 0;
-  for (const SearchGrid& grid : grids) widest = std::max(widest, longest_row(grid));
-  return widest;
-}
-
-std::size_t TaylorTree::buffer_cells(std::span<const SearchGrid> grids) {
-  std::size_t cells = 0;
-  for (const SearchGrid& grid : grids) {
-    // The last row is read beyond its end, by as much as a line walks.
-    cells = std::max(cells, longest_row(grid) * grid.slices + grid.slices);
-  }
-  return stride_of(cells);
-}
+    : kernels_(kernels),
+      buffer_cells_(buffer_cells(grids)),
+      memory_(2 * buffer_cells_ + row_cells),
+      zeros_(widest_row(grids)) {}
 
 std::size_t TaylorTree::bytes(std::span<const SearchGrid> grids) {
   return (2 * buffer_cells(grids) + row_cells + widest_row(grids)) * sizeof(std::uint32_t);

@@ -60,10 +60,6 @@ class TaylorTree {
   [[nodiscard]] Halves<Count> halves(std::size_t walk) const;
   template <class Visit>
   auto with_halves(std::size_t walk, const Visit& visit) const;
-  // Cells of a row, and of a buffer.
-  static std::size_t longest_row(const SearchGrid& grid);
-  static std::size_t widest_row(std::span<const SearchGrid> grids);
-  static std::size_t buffer_cells(std::span<const SearchGrid> grids);
   // How many sums of a row are made, and where a row is read that a line comes to after so many
   // bins.
   [[nodiscard]] std::size_t sums() const { return circle_ > 0 ? circle_ : stride_; }
