@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "estimator/model/units.hpp"
@@ -130,17 +129,9 @@ void AccelerationSearch::look(const FoldedFrame& photons, std::size_t level) {
     for (SearchCell cell :
          search_.cells(straightened_photons(photons, quadratic_ns), search_.level(level))) {
       cell.line.quadratic_ns = quadratic_ns;
-      keep(cell);
+      keep_among(best_, most_best_cells, cell, [](const SearchCell&) { return false; });
     }
   }
-}
-
-void AccelerationSearch::keep(const SearchCell& cell) {
-  const auto place = std::find_if(best_.begin(), best_.end(), [&](const SearchCell& other) {
-    return other.count < cell.count;
-  });
-  best_.insert(place, cell);
-  if (best_.size() > most_best_cells) best_.pop_back();
 }
 
 // The terms of a zoom lie as close for half of its box as those of a look for a bin.
@@ -159,15 +150,6 @@ AccelerationSearch::Start AccelerationSearch::zoom_into(const FoldedFrame& photo
     if (std::abs(moved_ns) < (steps - 0.5) * step_ns) break;
   }
   return at;
-}
-
-std::string AccelerationSearch::too_many_looks_text(double length_ns) const {
-  std::ostringstream text;
-  text << "/scene/max_acceleration_mps2: with " << max_acceleration_mps2_ << " a frame of "
-       << length_ns * 1e-6 << " ms has " << looks(length_ns)
-       << " accelerations to search; more than " << most_looks
-       << " take too long: lower it, or /frame/length_ms";
-  return text.str();
 }
 
 }  // namespace splid

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "estimator/fold/dead_intervals.hpp"
@@ -43,10 +42,6 @@ class AccelerationSearch {
   // How many quadratic terms the first look at a frame takes: one where any path stays within a
   // delay bin of a straight line. They grow with the square of the frame's length.
   [[nodiscard]] double looks(double length_ns) const { return 2 * steps(length_ns, 0) + 1; }
-  // More take seconds a frame.
-  static constexpr double most_looks = 400;
-  // What to say to people where there are more.
-  [[nodiscard]] std::string too_many_looks_text(double length_ns) const;
 
   // The best maximum over all delays, range walks and quadratic terms; empty where no cell held a
   // photon. The odds of `search` are then those of the range in the frame as it was straightened.
@@ -65,7 +60,6 @@ class AccelerationSearch {
   // Without the dead time, which no look at cells needs.
   const FoldedFrame& straightened_photons(const FoldedFrame& photons, double quadratic_ns);
   void look(const FoldedFrame& photons, std::size_t level);
-  void keep(const SearchCell& cell);
   Start zoom_into(const FoldedFrame& photons, std::size_t level, DelayTrack track);
 
   TargetSearch& search_;

@@ -7,22 +7,6 @@
 #include "estimator/fold/kernel_choice.hpp"
 
 namespace splid {
-namespace {
-
-// Keeps so many cells with the most photons, of those that are the same the best. They are in
-// descending order.
-template <class Cell, class Same>
-void keep_among(std::vector<Cell>& cells, std::size_t most, const Cell& cell, const Same& is_same) {
-  const auto is_better = [&](const Cell& other) { return other.count >= cell.count; };
-  const auto stays = [&](const Cell& other) { return is_better(other) && is_same(other); };
-  if (std::any_of(cells.begin(), cells.end(), stays)) return;
-  std::erase_if(cells, is_same);
-  cells.insert(std::find_if_not(cells.begin(), cells.end(), is_better), cell);
-  if (cells.size() > most) cells.pop_back();
-}
-
-}  // namespace
-
 // A grid with a period of each part has rows of these alone, and no need of the tree of the circle.
 // A grid of one slice is also looked at as a whole, by best_delays().
 DelayVelocitySearch::Room DelayVelocitySearch::room_for(CombRows& rows,
@@ -182,16 +166,14 @@ void DelayVelocitySearch::look_at_delays(const SearchGrid& grid) {
     if (row[bin] <= least) continue;
     const std::uint32_t before = row[bin == 0 ? grid.bins - 1 : bin - 1];
     const std::uint32_t after = row[bin + 1 == grid.bins ? 0 : bin + 1];
-    keep_delay({(bin + 0.5) * grid.bin_ns, row[bin], row[bin] + std::max(before, after)}, grid);
+    const DelayCell cell = {(bin + 0.5) * grid.bin_ns, row[bin],
+                            row[bin] + std::max(before, after)};
+    keep_among(delays_, max_delays, cell, [&](const DelayCell& other) {
+      const double apart = std::abs(cell.delay_ns - other.delay_ns);
+      return std::min(apart, train_.circle_ns - apart) < 3.5 * grid.bin_ns;
+    });
     if (delays_.size() == max_delays) least = delays_.back().count;
   }
-}
-
-void DelayVelocitySearch::keep_delay(const DelayCell& cell, const SearchGrid& grid) {
-  keep_among(delays_, max_delays, cell, [&](const DelayCell& other) {
-    const double apart = std::abs(cell.delay_ns - other.delay_ns);
-    return std::min(apart, train_.circle_ns - apart) < 3.5 * grid.bin_ns;
-  });
 }
 
 }  // namespace splid

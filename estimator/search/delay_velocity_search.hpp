@@ -29,6 +29,18 @@ struct DelayCell {
   std::uint32_t with_neighbour = 0;
 };
 
+// Keeps so many cells with the most photons, of those that are the same the best. They are in
+// descending order.
+template <class Cell, class Same>
+void keep_among(std::vector<Cell>& cells, std::size_t most, const Cell& cell, const Same& is_same) {
+  const auto is_better = [&](const Cell& other) { return other.count >= cell.count; };
+  const auto stays = [&](const Cell& other) { return is_better(other) && is_same(other); };
+  if (std::any_of(cells.begin(), cells.end(), stays)) return;
+  std::erase_if(cells, is_same);
+  cells.insert(std::find_if_not(cells.begin(), cells.end(), is_better), cell);
+  if (cells.size() > most) cells.pop_back();
+}
+
 // Searches all delays, and all range walks up to a limit, at once. The frame is cut into slices so
 // short that the delay of the fastest target walks one bin in each. CombRows correlates each slice
 // with the pulse train, and TaylorTree (PartLines: of periodic parts) adds them along all lines.
@@ -85,7 +97,6 @@ class DelayVelocitySearch {
   void keep(const GridLine& line, std::uint32_t photons, const SearchGrid& grid);
   template <class Count>
   void look_at_delays(const SearchGrid& grid);
-  void keep_delay(const DelayCell& cell, const SearchGrid& grid);
   template <class Count>
   Count* buffer(std::size_t which);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <utility>
 
 #include "estimator/model/chance.hpp"
@@ -21,6 +22,8 @@ using likelihood::Maximum;
 constexpr double least_followed_gain = 0.5;
 
 constexpr double longest_gap_ps = 1e12;
+
+constexpr double most_looks = 400;  // more take seconds a frame
 
 // Not even a million photons show a quadratic term that is less.
 constexpr double least_quadratic_widths = 0.0017;
@@ -50,7 +53,16 @@ FrameSearch::FrameSearch(const Pattern& pattern, const PulseTrain& train, const 
       threshold_nats_(threshold_of(0, options.false_alarm_rate)),
       curved_threshold_nats_(threshold_nats_),
       least_odds_nats_(odds_at_risk_nats(options.range_risk)),
-      search_(train, shape, scope(options, length_ns, dead.has_value()), max_photons) {
+      search_(train, shape,
+              {.frame_length_ns = length_ns,
+               .max_walk_ns = max_walk_ns_,
+               .threshold_nats = threshold_nats_,
+               .volume = {told_apart_ns_, max_walk_ns_, shape.width_ns()},
+               .least_odds_nats = least_odds_nats_,
+               .effort = options.effort,
+               .side_lobes = !is_periodic_,
+               .may_be_dead = dead.has_value()},
+              max_photons) {
   const bool accelerates =
       moves() && scene.max_acceleration_mps2 > 0 && options.method == Method::search &&
       (scene.motion == Motion::automatic || scene.motion == Motion::accelerating);
@@ -70,14 +82,6 @@ double FrameSearch::threshold_of(double quadratic_ns, double false_alarm_rate) c
                                      false_alarm_rate);
 }
 
-SearchScope FrameSearch::scope(const EstimatorOptions& options, double length_ns,
-                               bool may_be_dead) const {
-  return {length_ns,        max_walk_ns_,
-          threshold_nats_,  {told_apart_ns_, max_walk_ns_, shape_.width_ns()},
-          least_odds_nats_, options.effort,
-          !is_periodic_,    may_be_dead};
-}
-
 void FrameSearch::look_for_acceleration(const SceneOptions& scene, double false_alarm_rate,
                                         double length_ns, std::size_t max_photons,
                                         std::optional<DeadIntervals> dead) {
@@ -85,9 +89,14 @@ void FrameSearch::look_for_acceleration(const SceneOptions& scene, double false_
                                                        scene.max_acceleration_mps2, max_photons,
                                                        std::move(dead));
   const double quadratic_ns = acceleration_->max_quadratic_ns(length_ns);
-  const bool too_many = acceleration_->looks(length_ns) > AccelerationSearch::most_looks;
+  const double looks = acceleration_->looks(length_ns);
+  const bool too_many = looks > most_looks;
   if (too_many && must_accelerate_) {
-    throw Error(Fault::usage, acceleration_->too_many_looks_text(length_ns));
+    std::ostringstream text;
+    text << "/scene/max_acceleration_mps2: with " << scene.max_acceleration_mps2 << " a frame of "
+         << length_ns * 1e-6 << " ms has " << looks << " accelerations to search; more than "
+         << most_looks << " take too long: lower it, or /frame/length_ms";
+    throw Error(Fault::usage, text.str());
   }
   if (too_many ||
       (!must_accelerate_ && quadratic_ns < least_quadratic_widths * shape_.width_ns())) {

@@ -65,10 +65,6 @@ class FrameSearch {
   [[nodiscard]] bool must_accelerate(double length_ns) const {
     return must_accelerate_ && may_accelerate() && !accelerates_little(length_ns);
   }
-  // The largest quadratic term of a path that is searched.
-  [[nodiscard]] double max_quadratic_ns(double length_ns) const {
-    return acceleration_->max_quadratic_ns(length_ns);
-  }
   [[nodiscard]] bool is_possible(const DelayTrack& track, double length_ns) const;
   [[nodiscard]] bool is_periodic() const { return is_periodic_; }
   // The circle that delays are told apart on: equal delays modulo this are the same.
@@ -79,13 +75,10 @@ class FrameSearch {
   // A gain that the search takes for a target without looking any closer.
   [[nodiscard]] double settled_nats() const { return search_.settled_nats(); }
   [[nodiscard]] TargetSearch& targets() { return search_; }
-  [[nodiscard]] AccelerationSearch* acceleration() {
-    return acceleration_.get();
-  }  // null: paths are straight
+  // Null: paths are straight.
+  [[nodiscard]] AccelerationSearch* acceleration() { return acceleration_.get(); }
 
  private:
-  [[nodiscard]] SearchScope scope(const EstimatorOptions& options, double length_ns,
-                                  bool may_be_dead) const;
   void look_for_acceleration(const SceneOptions& scene, double false_alarm_rate, double length_ns,
                              std::size_t max_photons, std::optional<DeadIntervals> dead);
   [[nodiscard]] double odds_of(const likelihood::Maximum& fit) const;

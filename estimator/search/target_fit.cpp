@@ -21,9 +21,7 @@ likelihood::Maximum TargetFit::maximum_with(const likelihood::Model& model, std:
   maximizer.begin(*frame_);
   likelihood::Maximum best =
       maximizer.maximize(model, {likelihood::free_set(model.count, track_terms, width_too)});
-  if (!search_.is_possible(best.track(), frame_->length_ns)) {
-    best.has_covariance = false;
-  }
+  if (!search_.is_possible(best.track(), frame_->length_ns)) best.has_covariance = false;
   return best;
 }
 
@@ -40,11 +38,17 @@ FittedTarget TargetFit::fit(Look look, const Start& start, const FoldedFrame& fr
   if (target.track_terms == 3) {
     // The prior of a path is spread over all quadratic terms.
     const double variance = target.best.covariance(likelihood::quadratic, likelihood::quadratic);
-    const double share =
-        std::sqrt(2 * std::numbers::pi * variance) / search_.max_quadratic_ns(frame.length_ns) / 2;
+    const double most_ns = search_.acceleration()->max_quadratic_ns(frame.length_ns);
+    const double share = std::sqrt(2 * std::numbers::pi * variance) / most_ns / 2;
     target.odds_nats += std::min(0.0, std::log(share));
   }
-  if (!search_.moves() && moves_after_all(target)) target.is_target = false;
+  // The deviations of a fit at rest would be far too small where the photons say that it moves.
+  const DelayTrack& track = target.best.track();
+  if (!search_.moves() &&
+      search_.targets().fit(frame, {track.delay_ns, track.walk_ns}, 2).gain_nats >
+          target.best.gain_nats + certain_nats) {
+    target.is_target = false;
+  }
   if (wide_ && target.is_target) fit_width(target);
   return target;
 }
@@ -94,14 +98,6 @@ void TargetFit::fit_width(FittedTarget& target) {
   const double gain_nats = target.best.gain_nats;
   target.best = fitted;
   target.best.gain_nats = gain_nats;  // the threshold is that of a pulse as configured
-}
-
-// Scene `static`, but the photons say that the target moves: the deviations of a fit at rest would
-// then be far too small.
-bool TargetFit::moves_after_all(const FittedTarget& target) {
-  const DelayTrack& track = target.best.track();
-  return search_.targets().fit(*frame_, {track.delay_ns, track.walk_ns}, 2).gain_nats >
-         target.best.gain_nats + certain_nats;
 }
 
 }  // namespace splid

@@ -37,7 +37,6 @@ class TargetFit {
   void fit_width(FittedTarget& target);
   [[nodiscard]] likelihood::Maximum maximum_with(const likelihood::Model& model,
                                                  std::size_t track_terms, bool width_too = false);
-  [[nodiscard]] bool moves_after_all(const FittedTarget& target);
 
   FrameSearch& search_;
   std::optional<likelihood::Maximizer> wide_;  // where the width is fitted
