@@ -12,9 +12,8 @@ namespace {
 using likelihood::Maximum;
 
 // Design note: in [P]'s background, bins of 10 pulse widths find a target of 1/7 of [P]'s signal
-// without a wrong peak, and bins of 5 widths one of 1/9. A level is only looked at where the level
-// before it found nothing significant. A third level with bins of 2.5 widths doubled the time to
-// find less than one target in a hundred more (docs/evidence/performance.md).
+// without a wrong peak, and bins of 5 widths one of 1/9. A third level with bins of 2.5 widths
+// doubled the time to find less than one target in a hundred more (docs/evidence/performance.md).
 constexpr double level_widths[] = {10, 5};
 constexpr std::size_t level_cells[] = {std::size_t{1} << 18, std::size_t{1} << 20};
 
@@ -37,7 +36,6 @@ SearchGrid level_grid(const PulseTrain& train, double width_ns, double widths,
   const double widest_ns = std::max(train.closest_ns / 2, finest_widths * width_ns);
   const double wanted_ns = std::min(widest_ns, widths * width_ns);
   const std::uint32_t fitting = fitting_bins(train);
-  // A short frame has few cells, however fine they are, so that the finest cells cost nothing.
   double bin_ns = std::min(wanted_ns, finest_widths * width_ns);
   while (true) {
     const SearchGrid grid = SearchGrid::cover(train.circle_ns, bin_ns, max_walk_ns, fitting);
@@ -68,6 +66,12 @@ SearchGrid recheck_grid(const PulseTrain& train, double width_ns) {
   return SearchGrid::cover(train.circle_ns, bin_ns, 0, fitting_bins(train));
 }
 
+// The most that a fit in a box of this gain may reach.
+//
+// Design note: a box of four widths gains 0.75 to 0.9 of what the pulse itself gains. A fit that
+// gains more than 1.5 times the box's gain and six nats was not seen in 10,000 frames.
+double most_gain_nats(double box_gain_nats) { return 1.5 * box_gain_nats + 6; }
+
 }  // namespace
 
 // Design note: with few photons many cells are alike, and each costs little. With 19 signal
@@ -95,7 +99,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       meetings_(train, shape.width_ns()),
       sample_(train, max_photons < sampled_from ? 0 : sampled_from),
       search_(train, max_photons, grids()),
-      near_(max_photons, max_photons * widest_level_overlap()),
+      near_(max_photons, max_photons * widest_overlap(levels_.front().windows)),
       zoom_(shape.width_ns(), shape.peak_offset_ns()),
       maximizer_(shape, train, max_photons, {1, 1, scope.may_be_dead}),
       peaks_(no_peaks()) {
@@ -125,12 +129,6 @@ std::size_t TargetSearch::table_bytes(const PulseTrain& train, const PulseShape&
   std::vector<SearchGrid> grids = level_grids(train, shape.width_ns(), max_walk_ns, effort);
   grids.push_back(recheck_grid(train, shape.width_ns()));
   return DelayVelocitySearch::bytes(train, grids);
-}
-
-std::size_t TargetSearch::widest_level_overlap() const {
-  std::size_t overlap = 1;
-  for (const Level& level : levels_) overlap = std::max(overlap, widest_overlap(level.windows));
-  return overlap;
 }
 
 bool TargetSearch::has_side_lobes() const {
@@ -269,12 +267,6 @@ double TargetSearch::box_gain_nats(const FoldedFrame& photons, std::uint32_t cou
   return n > expected ? n * std::log(n / expected) - (n - expected) : 0.0;
 }
 
-// The most that a fit in a box of this gain may reach.
-//
-// Design note: a box of four widths gains 0.75 to 0.9 of what the pulse itself gains. A fit that
-// gains more than 1.5 times the box's gain and six nats was not seen in 10,000 frames.
-double TargetSearch::most_gain_nats(double box_gain_nats) { return 1.5 * box_gain_nats + 6; }
-
 // The least gain that is worth a maximum beside the best peak so far: that of a peak which may be
 // better, or, where the best peak is significant, of one which counts against its range.
 double TargetSearch::least_gain_nats(const Maximum& best) const {
@@ -288,9 +280,9 @@ Maximum TargetSearch::maximize(const FoldedFrame& photons, DelayTrack line, doub
   return fit;
 }
 
-Maximum TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, DelayTrack line,
+Maximum TargetSearch::fit_near(const FoldedFrame& photons, const Level& level, DelayTrack line,
                                double to_beat_nats) {
-  return maximize(photons, zoom_into(photons, level, line).line, to_beat_nats);
+  return maximize(photons, zoom_into(photons, level, line, false).line, to_beat_nats);
 }
 
 // Tries the side lobes: delays at which half of an interleaved comb's pulses fall on others, or all
@@ -300,7 +292,7 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
   for (const DelayCell& cell : search_.best_delays(photons, found.walk_ns, recheck_)) {
     const double apart =
         std::remainder(cell.delay_ns - shape_.peak_offset_ns() - found.delay_ns, train_.circle_ns);
-    const double gain = delay_gain_nats(photons, cell);
+    const double gain = box_gain_nats(photons, cell.with_neighbour, 2 * recheck_.bin_ns);
     if (std::abs(apart) <= 3 * recheck_.bin_ns) {
       // This is the best peak itself.
     } else if (most_gain_nats(gain) > best.gain_nats - rival_nats_) {
@@ -323,16 +315,11 @@ void TargetSearch::try_side_lobes(const FoldedFrame& photons, const Level& level
   }
 }
 
-double TargetSearch::delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const {
-  return box_gain_nats(photons, cell.with_neighbour, 2 * recheck_.bin_ns);
-}
-
 // Takes the maximum there where it is better.
 void TargetSearch::try_delay(const FoldedFrame& photons, const Level& level, double shift_ns,
                              DelayTrack from, Maximum& best) {
-  const double photons_at = from.delay_ns + shift_ns + shape_.peak_offset_ns();
-  const Maximum fit =
-      fit_cell(photons, level, {photons_at, from.walk_ns}, best.gain_nats - no_doubt_nats);
+  const Maximum fit = fit_near(photons, level, {from.delay_ns + shift_ns, from.walk_ns},
+                               best.gain_nats - no_doubt_nats);
   if (fit.gain_nats > best.gain_nats) best = fit;
 }
 
@@ -378,8 +365,7 @@ Maximum TargetSearch::judge(const FoldedFrame& frame, const likelihood::Model& a
 
 Maximum TargetSearch::find_near(const FoldedFrame& frame, DelayTrack line) {
   begin();
-  line.delay_ns += shape_.peak_offset_ns();
-  return fit_cell(frame, levels_.front(), line);
+  return fit_near(frame, levels_.front(), line);
 }
 
 Maximum TargetSearch::look_beside(const FoldedFrame& frame, const Maximum& fit) {

@@ -84,7 +84,6 @@ class TargetSearch {
   // find_near() and look_beside(), came by, and no surer than in a sample that settled the search.
   // 0 where the combs of two places as high meet at the fit's: either pair may be the two targets.
   [[nodiscard]] double range_odds_nats(const Maximum& fit) const;
-  [[nodiscard]] const PulseShape& shape() const { return shape_; }
   // Where the combs of two targets meet.
   [[nodiscard]] const CombMeetings& meetings() const { return meetings_; }
   // The peaks that a search came by, which outlive the next search.
@@ -103,8 +102,11 @@ class TargetSearch {
   };
   // With room for as many peaks as a search keeps.
   [[nodiscard]] Peaks no_peaks() const { return {RangeOdds(volume_), std::nullopt}; }
-  // Copies the peaks of the last find(), or find_near() and look_beside().
-  void keep_peaks(Peaks& kept) const { kept = peaks_; }
+  // Notes a fit with the peaks of the last find(), or find_near() and look_beside().
+  void keep(const Maximum& fit, Search& kept) const {
+    kept.fit = fit;
+    kept.peaks = peaks_;
+  }
   // How sure the range of a target is that was not searched for, by a look at all delays with its
   // range walk, in a frame from which all others have been taken out. Nothing where another delay
   // is better.
@@ -145,16 +147,14 @@ class TargetSearch {
  private:
   [[nodiscard]] std::vector<Level> make_levels(const SearchScope& scope) const;
   [[nodiscard]] std::vector<SearchGrid> grids() const;
-  [[nodiscard]] std::size_t widest_level_overlap() const;
   [[nodiscard]] bool has_side_lobes() const;
   void begin();
   std::optional<Maximum> find_by_sample(const FoldedFrame& frame);
   std::optional<Maximum> find_in(const FoldedFrame& photons, Effort most, Effort least);
   std::optional<Maximum> find_at_level(const FoldedFrame& photons, const Level& level);
-  Maximum fit_cell(const FoldedFrame& photons, const Level& level, DelayTrack line,
+  Maximum fit_near(const FoldedFrame& photons, const Level& level, DelayTrack line,
                    double to_beat_nats = -std::numeric_limits<double>::infinity());
   void recheck_delay(const FoldedFrame& photons, const Level& level, Maximum& best);
-  [[nodiscard]] double delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const;
   void maximize_beside(const FoldedFrame& photons, Maximum& best);
   void try_side_lobes(const FoldedFrame& photons, const Level& level, Maximum& best);
   void try_delay(const FoldedFrame& photons, const Level& level, double shift_ns, DelayTrack from,
@@ -165,7 +165,6 @@ class TargetSearch {
   [[nodiscard]] double box_gain_nats(const FoldedFrame& photons, std::uint32_t count,
                                      double box_ns) const;
   [[nodiscard]] double least_gain_nats(const Maximum& best) const;
-  [[nodiscard]] static double most_gain_nats(double box_gain_nats);
   [[nodiscard]] double best_possible_gain(const FoldedFrame& photons, const SearchCell& cell,
                                           const SearchGrid& grid, const Exposure& exposure) const;
   [[nodiscard]] bool is_side_lobe(DelayTrack line, const SearchGrid& grid,
@@ -179,8 +178,8 @@ class TargetSearch {
   double max_slope_;   // the largest g of a line
   bool moving_;
   likelihood::FreeSet free_;
-  std::vector<Level> levels_;
-  SearchGrid recheck_;  // its bins are three widths, so that a pulse fills one or two
+  std::vector<Level> levels_;  // the coarsest first
+  SearchGrid recheck_;         // its bins are three widths, so that a pulse fills one or two
   std::vector<double> side_lobes_ns_;  // see strong_side_lobes_ns
   CombMeetings meetings_;
   FoldedFrame sample_;  // of a frame with very many photons

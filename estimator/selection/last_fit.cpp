@@ -7,8 +7,6 @@
 namespace splid::selection {
 namespace {
 
-constexpr double no_signal = 1e-30;
-
 // The first targets of a maximum, whose covariance stays that of all.
 Maximum first_of(const Maximum& all, std::size_t count) {
   const auto own = static_cast<Eigen::Index>(likelihood::width_place(count));
@@ -49,27 +47,21 @@ void TargetSelection::finish() {
 }
 
 void TargetSelection::sort_by_signal() {
-  const std::size_t count = all_.model.count;
-  const auto swap_places = [&](std::size_t a, std::size_t b) {
-    auto& C = all_.covariance;
-    for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(likelihood::of_target); ++i) {
-      const auto x = static_cast<Eigen::Index>(likelihood::of_target * a) + i;
-      const auto y = static_cast<Eigen::Index>(likelihood::of_target * b) + i;
-      C.row(x).swap(C.row(y));
-      C.col(x).swap(C.col(y));
-    }
-    std::swap(all_.model.targets[a], all_.model.targets[b]);
-    std::swap(members_[a], members_[b]);
-    std::swap(pair_odds_nats_[a], pair_odds_nats_[b]);
-  };
-  for (std::size_t k = 0; k < count; ++k) {
-    std::size_t brightest = k;
-    for (std::size_t m = k + 1; m < count; ++m) {
-      const bool is_brighter =
-          all_.model.targets[m].signal_per_pulse > all_.model.targets[brightest].signal_per_pulse;
-      if (is_brighter) brightest = m;
-    }
-    if (brightest != k) swap_places(k, brightest);
+  constexpr auto own = static_cast<Eigen::Index>(likelihood::of_target);
+  const std::span targets = std::span(all_.model.targets).first(all_.model.count);
+  auto& C = all_.covariance;
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    const auto brightest = std::max_element(
+        targets.begin() + static_cast<std::ptrdiff_t>(k), targets.end(),
+        [](const Target& a, const Target& b) { return a.signal_per_pulse < b.signal_per_pulse; });
+    const auto m = static_cast<std::size_t>(brightest - targets.begin());
+    if (m == k) continue;
+    std::swap(targets[k], targets[m]);
+    std::swap(members_[k], members_[m]);
+    std::swap(pair_odds_nats_[k], pair_odds_nats_[m]);
+    const auto x = own * static_cast<Eigen::Index>(k), y = own * static_cast<Eigen::Index>(m);
+    C.middleRows(x, own).swap(C.middleRows(y, own));
+    C.middleCols(x, own).swap(C.middleCols(y, own));
   }
 }
 
@@ -136,7 +128,7 @@ double TargetSelection::gain_of(std::size_t target) {
   for (std::size_t k = 0; k < without.count; ++k) {
     if (k != target) rates.set(likelihood::place_of(k, likelihood::signal));
   }
-  without.targets[target].signal_per_pulse = no_signal;
+  without.targets[target].signal_per_pulse = 1e-30;  // 0 would be fitted
   const Maximum rest = maximizer_.maximize(
       without, {.free = rates, .enough_nats = likelihood::Maximizer::compared_nats});
   return all_.gain_nats - rest.gain_nats;

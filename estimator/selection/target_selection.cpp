@@ -12,11 +12,6 @@ namespace {
 // What is left of a frame holds all of a target but so much.
 constexpr double lost_nats = 3;
 
-void remove(Model& model, std::size_t target) {
-  for (std::size_t k = target; k + 1 < model.count; ++k) model.targets[k] = model.targets[k + 1];
-  --model.count;
-}
-
 }  // namespace
 
 TargetSelection::TargetSelection(TargetSearch& search, AccelerationSearch* acceleration,
@@ -50,9 +45,8 @@ const Selection& TargetSelection::select(const FoldedFrame& frame, const Maximum
   all_.gain_nats = first.gain_nats;
   is_refined_ = !scope_.is_width_free;
   pair_odds_nats_ = {};
-  members_[0].search.fit = first;
   members_[0].is_detected = true;
-  search_.keep_peaks(members_[0].search.peaks);
+  search_.keep(first, members_[0].search);
   // What is not detected stays, and leaves room for as many more.
   std::size_t wanted = scope_.targets;
   for (bool is_more = true; is_more && all_.model.count < std::min(wanted, most_targets);) {
@@ -60,7 +54,9 @@ const Selection& TargetSelection::select(const FoldedFrame& frame, const Maximum
     judge_targets();
     wanted = scope_.targets + all_.model.count - detected();
   }
-  keep_detected();
+  for (std::size_t k = all_.model.count; k-- > 0;) {
+    if (!members_[k].is_detected && all_.model.count > 1) drop(k);
+  }
   selection_.count = 1;
   if (all_.model.count > 1) finish();
   return selection_;
@@ -81,25 +77,23 @@ bool TargetSelection::add_next(Effort most) {
   return accept(best_split(false));
 }
 
-// Adds a target of what is left; returns false where it is none.
+// Adds a target of what is left, fitted together with the others unless it is a plain one; returns
+// false where it is none.
 bool TargetSelection::add(const Target& next) {
   Member& member = members_[all_.model.count];
   const double gain_nats = member.search.fit.gain_nats;
   if (gain_nats < scope_.threshold_nats - lost_nats) return false;
-  if (!is_plain(next, gain_nats)) return add_together(next);
+  if (!is_plain(next, gain_nats)) {
+    refine();
+    Model with = all_.model;
+    with.add(next);
+    return accept(maximize(with, likelihood::Maximizer::compared_nats));
+  }
   is_refined_ = false;
   all_.model.add(next);
   all_.model.background_per_ns = member.search.fit.model.background_per_ns;
   all_.gain_nats += gain_nats;
   return true;
-}
-
-// Fits a new target together with the others; returns false where it is none.
-bool TargetSelection::add_together(const Target& next) {
-  refine();
-  Model with = all_.model;
-  with.add(next);
-  return accept(maximize(with, likelihood::Maximizer::compared_nats));
 }
 
 bool TargetSelection::accept(const Maximum& together) {
@@ -120,16 +114,14 @@ Maximum TargetSelection::maximize(const Model& start, double enough_nats) {
               .enough_nats = enough_nats});
 }
 
-void TargetSelection::keep_detected() {
-  for (std::size_t k = all_.model.count; k-- > 0;) {
-    if (!members_[k].is_detected && all_.model.count > 1) drop(k);
-  }
-}
-
 void TargetSelection::drop(std::size_t target) {
-  remove(all_.model, target);
-  const auto first = members_.begin() + static_cast<std::ptrdiff_t>(target);
-  std::rotate(first, first + 1, members_.end());
+  const auto put_last = [target](auto& all) {
+    const auto at = all.begin() + static_cast<std::ptrdiff_t>(target);
+    std::rotate(at, at + 1, all.end());
+  };
+  put_last(all_.model.targets);
+  put_last(members_);
+  --all_.model.count;
   is_refined_ = false;
 }
 
@@ -141,14 +133,11 @@ std::size_t TargetSelection::detected() const {
 
 // Whether a target of what is left is one for sure, and has nothing to do with the others.
 bool TargetSelection::is_plain(const Target& next, double gain_nats) const {
-  return gain_nats >= scope_.threshold_nats + plain_margin_nats && !is_near(next);
-}
-
-bool TargetSelection::is_near(const Target& next) const {
   const std::span known(all_.model.targets.data(), all_.model.count);
-  return std::any_of(known.begin(), known.end(), [&](const Target& other) {
-    return apart_widths(next.track, other.track) <= tail_widths;
-  });
+  return gain_nats >= scope_.threshold_nats + plain_margin_nats &&
+         std::none_of(known.begin(), known.end(), [&](const Target& other) {
+           return apart_widths(next.track, other.track) <= tail_widths;
+         });
 }
 
 double TargetSelection::apart_ns(const DelayTrack& a, const DelayTrack& b) const {

@@ -15,8 +15,7 @@
 // The room selection/ decides how many targets a frame has. Open this file first. Its parts:
 //   target_selection.hpp  the targets, one after the other, and the fit of all of them together:
 //     target_selection.cpp  the rule
-//     next_target.cpp       where one more target may be
-//     pair_start.cpp        two that look like one
+//     next_target.cpp       where one more target may be, also two that look like one
 //     target_detection.cpp  whether a target is one, and not what another's pulse leaves over
 //     last_fit.cpp          the last fit of all, gains and range odds
 //   thinning.hpp          a frame without the light of targets
@@ -91,7 +90,6 @@ class TargetSelection {
   std::optional<RangeOdds::Place> seen_beside();
   std::optional<Target> find_next(const FoldedFrame& rest, Effort most);
   bool add(const Target& next);
-  bool add_together(const Target& next);
   void refine();
   [[nodiscard]] Maximum best_split(bool is_early);
   [[nodiscard]] bool is_plain_pair(const Maximum& pair) const;
@@ -107,8 +105,6 @@ class TargetSelection {
   [[nodiscard]] double apart_widths(const DelayTrack& a, const DelayTrack& b) const;
   [[nodiscard]] double parting_widths(const DelayTrack& a, const DelayTrack& b) const;
   [[nodiscard]] bool is_plain(const Target& next, double gain_nats) const;
-  [[nodiscard]] bool is_near(const Target& next) const;
-  void keep_detected();
   void sort_by_signal();
   void drop(std::size_t target);
   void try_other_places();
