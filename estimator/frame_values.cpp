@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "estimator/model/units.hpp"
-#include "estimator/sync/in_quadrature.hpp"
+#include "estimator/sync/deviations.hpp"
 
 namespace splid {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/sync/in_quadrature.hpp"
+#include "estimator/sync/deviations.hpp"
 
 namespace splid::array {
 namespace {

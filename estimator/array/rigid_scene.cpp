@@ -6,7 +6,6 @@
 
 #include "estimator/model/chance.hpp"
 #include "estimator/model/units.hpp"
-#include "estimator/sync/in_quadrature.hpp"
 
 namespace splid::array {
 namespace {

@@ -6,7 +6,6 @@
 #include "estimator/calibration/pulse_finder.hpp"
 #include "estimator/calibration/shape_stack.hpp"
 #include "estimator/model/chance.hpp"
-#include "estimator/sync/in_quadrature.hpp"
 
 namespace splid::calibration {
 namespace {

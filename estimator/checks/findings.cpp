@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/sync/in_quadrature.hpp"
+#include "estimator/sync/deviations.hpp"
 
 namespace splid::checks {
 namespace {

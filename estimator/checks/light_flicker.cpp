@@ -8,7 +8,6 @@
 
 #include "estimator/fold/dead_intervals.hpp"
 #include "estimator/model/chance.hpp"
-#include "estimator/sync/in_quadrature.hpp"
 
 namespace splid {
 namespace {

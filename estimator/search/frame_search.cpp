@@ -8,7 +8,6 @@
 #include "estimator/model/chance.hpp"
 #include "estimator/model/units.hpp"
 #include "estimator/search/significance.hpp"
-#include "estimator/sync/in_quadrature.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "estimator/selection/target_selection.hpp"
-#include "estimator/sync/in_quadrature.hpp"
+#include "estimator/sync/deviations.hpp"
 
 namespace splid::selection {
 

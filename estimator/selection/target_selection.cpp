@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "estimator/search/target_fit.hpp"
-#include "estimator/sync/in_quadrature.hpp"
+#include "estimator/sync/deviations.hpp"
 
 namespace splid::selection {
 namespace {

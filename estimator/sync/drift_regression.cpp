@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "estimator/sync/deviations.hpp"
-#include "estimator/sync/in_quadrature.hpp"
 
 namespace splid::sync {
 
@@ -41,7 +40,6 @@ Parabola parabola_through(const Sums& s) {
   return p;
 }
 
-// [P] Eq. 19, the measured pattern period, as the slope of a regression through all syncs.
 Line regressed(const Line& line, const Sums& sums) {
   const Parabola straight = straight_through(sums);
   return {line.phase_ps + straight.a, line.period_ps + straight.b, line.curvature_per_ps};
@@ -57,8 +55,7 @@ void fill_period(SyncFit& fit, DriftMethod method, double calibrated_ps, const A
   fit.std_period_ps = sigma_ps / std::sqrt(best.spread_b);
   fit.std_phase_ps = sigma_ps * std::sqrt(1 / s.n + mean_k * mean_k / best.spread_b);
   if (method == DriftMethod::endpoints) {
-    // [P] Eq. 19 as it is printed: the time from the first sync to the last, divided by the number
-    // of periods between them.
+    // [P] Eq. 19 as it is printed.
     const Point& first = accepted.first;
     const Point& last = accepted.last;
     const double span = last.k - first.k;

@@ -84,6 +84,7 @@ struct Accepted {
   Line line;  // what the points' residuals are relative to
   Sums sums;
   Point first, last;
+  double sigma_ps = 0;  // robust standard deviation of the syncs about their mean
 };
 
 // The least-squares line through the points, whose residuals are relative to `line`. Its period is

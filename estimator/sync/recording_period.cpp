@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "estimator/sync/deviations.hpp"
-#include "estimator/sync/in_quadrature.hpp"
 #include "protocol/saturated.hpp"
 
 namespace splid {
@@ -49,20 +48,17 @@ std::optional<Step> step_between(const SyncFit& before, const SyncFit& fit) {
 
 void RecordingPeriod::add(const SyncFit& fit) {
   if (!fit.locked) return;
+  if (runs_.empty()) first_ = fit;
+  const auto step = runs_.empty() ? std::nullopt : step_between(runs_.back().last_fit, fit);
   sync::Point start;
-  if (runs_.empty()) {
-    first_ = fit;
-    runs_.emplace_back();
-  } else {
+  if (step) {
     // Design note: the excess is summed from frame to frame. The product of k and the period passes
     // 2^53 ps after 2.5 hours, and would from then on be rounded to 2 ps and more.
-    const Run& run = runs_.back();
-    if (const auto step = step_between(run.last_fit, fit)) {
-      start.k = run.last.k + step->periods;
-      start.residual_ps = run.last.residual_ps + (step->gap_ps - step->periods * first_.period_ps);
-    } else {
-      runs_.emplace_back();
-    }
+    const sync::Point& last = runs_.back().last;
+    start = {last.k + step->periods,
+             last.residual_ps + (step->gap_ps - step->periods * first_.period_ps)};
+  } else {
+    runs_.emplace_back();
   }
   Run& run = runs_.back();
   // Where the syncs have no jitter at all, the tagger's rounding is left.

@@ -6,7 +6,6 @@
 
 #include "estimator/sync/deviations.hpp"
 #include "estimator/sync/drift_regression.hpp"
-#include "estimator/sync/in_quadrature.hpp"
 #include "estimator/sync/sync_curvature.hpp"
 #include "estimator/sync/sync_lock.hpp"
 
@@ -15,13 +14,11 @@ namespace {
 
 using sync::Accepted;
 using sync::Line;
-using sync::Lock;
 
 // Pattern starts in [begin, end) that no accepted sync belongs to. Those within a sync's jitter of
 // either end are left out, since their syncs may be in the next frame.
-double missing_syncs(const Lock& found, double begin_ps, double end_ps, double scale) {
-  const Accepted& accepted = found.accepted;
-  const double margin_ps = sure_deviations * found.sigma_ps;
+double missing_syncs(const Accepted& accepted, double begin_ps, double end_ps, double scale) {
+  const double margin_ps = sure_deviations * accepted.sigma_ps;
   const auto from = [&](double x_ps) {
     const Line& line = accepted.line;
     return std::ceil((line.straight_ps(x_ps) - line.phase_ps) / line.period_ps);
@@ -73,7 +70,7 @@ SyncFit SyncClock::fit(std::span<const std::int64_t> syncs_ps, std::int64_t begi
   auto found = sync::lock(syncs, period_ps_, sync::drift_between_frames, may_curve, residual_);
   if (!found) found = sync::lock(syncs, calibrated_period_ps_, max_drift, may_curve, residual_);
   if (!found) return fit;
-  const Accepted& accepted = found->accepted;
+  const Accepted& accepted = *found;
   const double period_ps = sync::regressed(accepted.line, accepted.sums).period_ps;
   if (std::abs(period_ps / calibrated_period_ps_ - 1) > max_drift) return fit;
 
@@ -89,9 +86,9 @@ SyncFit SyncClock::fit(std::span<const std::int64_t> syncs_ps, std::int64_t begi
     sync::fill_curvature(fit, length_ps / 2, calibrated_period_ps_, accepted);
   }
   const double scale = static_cast<double>(syncs_ps.size()) / static_cast<double>(taken);
-  fit.missing =
-      static_cast<std::size_t>(missing_syncs(*found, static_cast<double>(begin_ps - fit.origin_ps),
-                                             static_cast<double>(end_ps - fit.origin_ps), scale));
+  fit.missing = static_cast<std::size_t>(
+      missing_syncs(accepted, static_cast<double>(begin_ps - fit.origin_ps),
+                    static_cast<double>(end_ps - fit.origin_ps), scale));
   const double expected = std::min(accepted.sums.n * scale, static_cast<double>(fit.count));
   fit.spurious = fit.count - static_cast<std::size_t>(std::lround(expected));
   return fit;

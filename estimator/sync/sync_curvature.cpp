@@ -49,9 +49,9 @@ struct Sample {
 // from the line are left out.
 struct BlockMedians {
   std::size_t count = 0;
-  std::array<double, blocks> at_ps, off_ps;  // the mean time of a 16th, and its median distance
-  double sigma_ps = 0;                       // robust, of the syncs about their 16th's median
-  double std_ps = 0;                         // of a median
+  std::array<Point, blocks> points;  // k: the mean time of a 16th, ps; its median distance
+  double sigma_ps = 0;               // robust, of the syncs about their 16th's median
+  double std_ps = 0;                 // of a median
 };
 
 std::optional<BlockMedians> block_medians(std::span<const double> syncs, const Line& line) {
@@ -68,12 +68,11 @@ std::optional<BlockMedians> block_medians(std::span<const double> syncs, const L
     if (2 * sample.near <= sample.taken) continue;
     const std::span<double> off(sample.off_ps.data(), sample.near);
     const double median_ps = median(off);
-    m.at_ps[m.count] = sample.sum_ps / static_cast<double>(sample.near);
-    m.off_ps[m.count++] = median_ps;
+    m.points[m.count++] = {sample.sum_ps / static_cast<double>(sample.near), median_ps};
     for (const double off_ps : off) deviations[used++] = std::abs(off_ps - median_ps);
   }
   if (2 * near <= taken || m.count < least_blocks) return std::nullopt;
-  m.sigma_ps = std::max(sigma_per_mad * median({deviations.data(), used}), least_sigma_ps);
+  m.sigma_ps = robust_sigma_ps({deviations.data(), used});
   m.std_ps = std_of_median * m.sigma_ps *
              std::sqrt(static_cast<double>(m.count) / static_cast<double>(used));
   return m;
@@ -81,40 +80,41 @@ std::optional<BlockMedians> block_medians(std::span<const double> syncs, const L
 
 }  // namespace
 
+double robust_sigma_ps(std::span<double> deviations_ps) {
+  constexpr double sigma_per_mad = 1.4826;  // of a gaussian: sigma over median deviation
+  return std::max(sigma_per_mad * median(deviations_ps), least_sigma_ps);
+}
+
 std::optional<Departure> departure(std::span<const double> syncs, const Line& line) {
-  const auto medians = block_medians(syncs, line);
+  auto medians = block_medians(syncs, line);
   if (!medians) return std::nullopt;
-  const BlockMedians& m = *medians;
-  // The medians as points, of a time from their mean, in units of their reach.
+  const std::span<Point> points(medians->points.data(), medians->count);
+  // Their times become those from their mean, in units of their reach.
   double mean_ps = 0, reach_ps = 0;
-  for (std::size_t i = 0; i < m.count; ++i) {
-    mean_ps += m.at_ps[i] / static_cast<double>(m.count);
-  }
-  for (std::size_t i = 0; i < m.count; ++i) {
-    reach_ps = std::max(reach_ps, std::abs(m.at_ps[i] - mean_ps));
-  }
+  for (const Point& p : points) mean_ps += p.k / static_cast<double>(points.size());
+  for (const Point& p : points) reach_ps = std::max(reach_ps, std::abs(p.k - mean_ps));
   Sums sums;
-  for (std::size_t i = 0; i < m.count; ++i) {
-    const Point point{(m.at_ps[i] - mean_ps) / reach_ps, m.off_ps[i]};
-    sums.add(point);
-    sums.add_for_parabola(point);
+  for (Point& p : points) {
+    p.k = (p.k - mean_ps) / reach_ps;
+    sums.add(p);
+    sums.add_for_parabola(p);
   }
   const Parabola straight = straight_through(sums), curved = parabola_through(sums);
-  const double sure_ps = sure_deviations_of_many * m.std_ps;
+  const double sure_ps = sure_deviations_of_many * medians->std_ps;
   const bool curves = std::abs(curved.c) * std::sqrt(curved.spread_c) > sure_ps;
   const Parabola& best = curves ? curved : straight;
 
   double farthest_ps = 0, first_ps = 0, last_ps = 0;
-  for (std::size_t i = 0; i < m.count; ++i) {
-    const double at = (m.at_ps[i] - mean_ps) / reach_ps;
-    farthest_ps = std::max(farthest_ps, std::abs(m.off_ps[i] - best.at(at)));
-    first_ps = std::min(first_ps, m.off_ps[i] - straight.at(at));
-    last_ps = std::max(last_ps, m.off_ps[i] - straight.at(at));
+  for (const Point& p : points) {
+    farthest_ps = std::max(farthest_ps, std::abs(p.residual_ps - best.at(p.k)));
+    first_ps = std::min(first_ps, p.residual_ps - straight.at(p.k));
+    last_ps = std::max(last_ps, p.residual_ps - straight.at(p.k));
   }
   const double slope = best.b / reach_ps, square = best.c / (reach_ps * reach_ps);
   const Line later = line.later(best.a - slope * mean_ps + square * mean_ps * mean_ps,
                                 slope - 2 * square * mean_ps, square);
-  return Departure{later.at_origin(), m.sigma_ps, farthest_ps > sure_ps ? last_ps - first_ps : 0};
+  return Departure{later.at_origin(), medians->sigma_ps,
+                   farthest_ps > sure_ps ? last_ps - first_ps : 0};
 }
 
 }  // namespace splid::sync

@@ -16,15 +16,8 @@ namespace splid::sync {
 // period, and by 5 ns at most. 5 ns is ten times the jitter of a bad sync input. Of syncs at random
 // an eighth fit a window of +-T/16, which is far from the 60 % that sync_lock.cpp asks for.
 inline constexpr double window_of_period = 1.0 / 16;
-inline constexpr double widest_window_ps = 5000;
-
-// Of the syncs, doubles aside, or of the gaps between them.
-inline constexpr double min_agreeing = 0.6;
-
-inline constexpr double sigma_per_mad = 1.4826;  // of a gaussian: sigma over median deviation
-
 inline double first_window_ps(double period_ps) {
-  return std::min(period_ps * window_of_period, widest_window_ps);
+  return std::min(period_ps * window_of_period, 5000.0);
 }
 
 // A sync so close behind another is a reflection of it, or the cable rings. Where every sync has
@@ -32,6 +25,10 @@ inline double first_window_ps(double period_ps) {
 inline bool is_double(std::span<const double> syncs, std::size_t i, double period_ps) {
   return i > 0 && syncs[i] - syncs[i - 1] < period_ps * window_of_period;
 }
+
+// The standard deviation of gaussian values, by the median of their absolute deviations, whose
+// order is lost; at least least_sigma_ps. deviations_ps: not empty.
+double robust_sigma_ps(std::span<double> deviations_ps);
 
 // How syncs depart from a line, by the median of each 16th of them.
 struct Departure {

@@ -15,6 +15,9 @@ constexpr std::size_t growth = 8;         // each later step takes so many times
 constexpr std::size_t curved_growth = 4;  // the same along a curved clock, see departure()
 constexpr std::size_t early_seeds = 8;
 
+// So many of the syncs, doubles aside, or of the gaps between them, have to be on the line.
+constexpr double min_agreeing = 0.6;
+
 constexpr std::size_t mad_sample = 1024;  // the median's standard error is then 4 %
 
 // How far from a line a sync may be: window_ps at period number `centre`, and slope_ps more for
@@ -52,7 +55,12 @@ class Walk {
     } else if (off_ps > slack_ps) {
       if (off_ps > period_ps_ * window_of_period) ++astray_;
     } else if (steps > 0) {
-      advance(x_ps, steps);
+      ++accepted_;
+      last_ps_ = x_ps;
+      steps_ += steps;
+      const double way_ps = last_ps_ - first_ps_;
+      known_ = std::min(known_, 2 * window_ps_ / way_ps);
+      period_ps_ = std::clamp(way_ps / steps_, given_ps_ * (1 - drift_), given_ps_ * (1 + drift_));
     }
   }
 
@@ -64,15 +72,6 @@ class Walk {
   [[nodiscard]] Line line() const { return {first_ps_, period_ps_}; }
 
  private:
-  void advance(double x_ps, double steps) {
-    ++accepted_;
-    last_ps_ = x_ps;
-    steps_ += steps;
-    const double way_ps = last_ps_ - first_ps_;
-    known_ = std::min(known_, 2 * window_ps_ / way_ps);
-    period_ps_ = std::clamp(way_ps / steps_, given_ps_ * (1 - drift_), given_ps_ * (1 + drift_));
-  }
-
   double first_ps_, last_ps_;
   double given_ps_, drift_;
   double known_;  // the period is known to within this ratio
@@ -83,114 +82,84 @@ class Walk {
   std::size_t astray_ = 0;
 };
 
-// Collects the syncs on a line as points. Of several syncs in one period the nearest stays, and the
-// others count as doubles. Growing lines are straight and need no sums of a parabola: with these,
-// and with the curvature, their passes would take a quarter longer.
-template <bool may_curve>
-class Gatherer {
- public:
-  Gatherer(const Line& line, const Gate& gate, std::vector<double>& residuals)
-      : line_(line),
-        gate_(gate),
-        per_ps_(1 / line.period_ps),
-        near_ps_(line.period_ps * window_of_period),
-        residuals_(residuals.data()) {}
+// From the median absolute residual about the mean, of an evenly thinned sample. The residuals are
+// overwritten.
+double sigma_about(double mean_ps, std::span<double> residuals) {
+  const std::size_t stride = (residuals.size() + mad_sample - 1) / mad_sample;
+  std::size_t sample = 0;
+  for (std::size_t i = 0; i < residuals.size(); i += stride) {
+    residuals[sample++] = std::abs(residuals[i] - mean_ps);
+  }
+  return robust_sigma_ps(residuals.first(sample));
+}
 
-  void take(double x_ps) {
-    const double straight_ps = may_curve ? line_.straight_ps(x_ps) : x_ps;
-    const double from_phase_ps = straight_ps - line_.phase_ps;
-    const double k = round_quickly(from_phase_ps * per_ps_);
-    const double residual_ps = from_phase_ps - k * line_.period_ps;
+// The syncs within the gate about a line; nothing where too few of the syncs are. Of several syncs
+// in one period the nearest stays, and the others count as doubles. Growing lines are straight and
+// need no sums of a parabola: with these, and with the curvature, their passes would take a quarter
+// longer.
+template <bool may_curve>
+std::optional<Accepted> gather(std::span<const double> syncs, const Line& about, const Gate& gate,
+                               std::span<double> scratch) {
+  const Line line = about.at_origin();
+  const double per_ps = 1 / line.period_ps;
+  const double near_ps = line.period_ps * window_of_period;
+  std::size_t count = 0;  // accepted
+  std::size_t near = 0;   // not accepted, but doubles, or near the line
+  bool any = false;
+  Point first, pending;
+  Sums sums;
+  const auto accept = [&] {
+    if (!any) return;
+    if (count == 0) first = pending;
+    scratch[count++] = pending.residual_ps;
+    sums.add(pending);
+    if constexpr (may_curve) sums.add_for_parabola(pending);
+  };
+  for (const double x_ps : syncs) {
+    const double from_phase_ps = (may_curve ? line.straight_ps(x_ps) : x_ps) - line.phase_ps;
+    const double k = round_quickly(from_phase_ps * per_ps);
+    const double residual_ps = from_phase_ps - k * line.period_ps;
     const double off_ps = std::abs(residual_ps);
-    if (off_ps > gate_.window_ps + std::abs(k - gate_.centre) * gate_.slope_ps) {
-      if (off_ps < near_ps_) ++near_;
-      return;
+    if (off_ps > gate.window_ps + std::abs(k - gate.centre) * gate.slope_ps) {
+      if (off_ps < near_ps) ++near;
+    } else if (any && k == pending.k) {
+      ++near;
+      if (off_ps < std::abs(pending.residual_ps)) pending.residual_ps = residual_ps;
+    } else {
+      accept();
+      any = true;
+      pending = {k, residual_ps};
     }
-    if (any_ && k == pending_.k) {
-      ++near_;
-      if (off_ps < std::abs(pending_.residual_ps)) pending_.residual_ps = residual_ps;
-      return;
-    }
-    flush();
-    any_ = true;
-    pending_ = {k, residual_ps};
   }
-
-  Lock finish() {
-    flush();
-    const double sigma = sigma_ps();
-    return {{line_, sums_, first_, pending_}, near_, sigma};
+  accept();
+  if (count < least_syncs || sums.n < min_agreeing * static_cast<double>(syncs.size() - near)) {
+    return std::nullopt;
   }
-
- private:
-  void flush() {
-    if (!any_) return;
-    if (count_ == 0) first_ = pending_;
-    residuals_[count_++] = pending_.residual_ps;
-    sums_.add(pending_);
-    if constexpr (may_curve) sums_.add_for_parabola(pending_);
-  }
-
-  // From the median absolute residual about the mean, of an evenly thinned sample.
-  double sigma_ps() {
-    if (count_ < least_syncs) return 0;
-    const std::size_t stride = (count_ + mad_sample - 1) / mad_sample;
-    const double mean_ps = sums_.r / sums_.n;
-    std::size_t sample = 0;
-    for (std::size_t i = 0; i < count_; i += stride) {
-      residuals_[sample++] = std::abs(residuals_[i] - mean_ps);
-    }
-    std::nth_element(residuals_, residuals_ + sample / 2, residuals_ + sample);
-    return std::max(sigma_per_mad * residuals_[sample / 2], least_sigma_ps);
-  }
-
-  Line line_;
-  Gate gate_;
-  double per_ps_;
-  double near_ps_;
-  double* residuals_;  // room for one value a sync
-  std::size_t count_ = 0;
-  bool any_ = false;
-  Point pending_, first_;
-  Sums sums_;
-  std::size_t near_ = 0;
-};
-
-// The syncs within the gate about a line; nothing where too few of the syncs are.
-template <bool may_curve>
-std::optional<Lock> gather(std::span<const double> syncs, const Line& line, const Gate& gate,
-                           std::vector<double>& scratch) {
-  Gatherer<may_curve> gatherer(line.at_origin(), gate, scratch);
-  for (const double x_ps : syncs) gatherer.take(x_ps);
-  const Lock pass = gatherer.finish();
-  const double accepted = pass.accepted.sums.n;
-  const double others = static_cast<double>(syncs.size() - pass.near);
-  if (accepted < least_syncs || accepted < min_agreeing * others) return std::nullopt;
-  return pass;
+  return Accepted{line, sums, first, pending, sigma_about(sums.r / sums.n, scratch.first(count))};
 }
 
 // The syncs about a line that is known; then once more, now that the line has settled and its
 // outliers are known. wander_ps: by how much more than their jitter syncs may be off the line.
-std::optional<Lock> settle(std::span<const double> syncs, const Line& line, const Gate& gate,
-                           double wander_ps, std::vector<double>& scratch) {
+std::optional<Accepted> settle(std::span<const double> syncs, const Line& line, const Gate& gate,
+                               double wander_ps, std::span<double> scratch) {
   const auto pass = gather<true>(syncs, line, gate, scratch);
   if (!pass) return std::nullopt;
-  const Line settled = regressed(pass->accepted.line, pass->accepted.sums);
+  const Line settled = regressed(pass->line, pass->sums);
   return gather<true>(syncs, settled, {sure_deviations * pass->sigma_ps + wander_ps, 0, 0},
                       scratch);
 }
 
 // Extends the line of a walk over ever more syncs until it goes through all of them; nothing where
 // at some step too few of the syncs lie on it.
-std::optional<Lock> grow(std::span<const double> syncs, std::size_t seed, Line line,
-                         std::vector<double>& scratch) {
+std::optional<Accepted> grow(std::span<const double> syncs, std::size_t seed, Line line,
+                             std::span<double> scratch) {
   Gate gate{first_window_ps(line.period_ps), 0, 0};
   std::size_t count = std::min(first_walk, syncs.size() - seed);
   while (true) {
     const auto pass = gather<false>(syncs.subspan(seed, count), line, gate, scratch);
     if (!pass) return std::nullopt;
-    const Sums& s = pass->accepted.sums;
-    line = regressed(pass->accepted.line, s);
+    const Sums& s = pass->sums;
+    line = regressed(pass->line, s);
     const double slope_ps = s.sxx() > 0 ? pass->sigma_ps / std::sqrt(s.sxx()) : 0;
     gate = {sure_deviations * pass->sigma_ps, sure_deviations * slope_ps, s.k / s.n};
     if (seed + count == syncs.size()) return settle(syncs, line, gate, 0, scratch);
@@ -205,8 +174,8 @@ std::optional<Departure> curved_departure(std::span<const double> syncs, const L
 }
 
 // Extends the line of a walk as grow() does, along a clock whose rate changes.
-std::optional<Lock> follow(std::span<const double> syncs, std::size_t seed, Line line,
-                           std::vector<double>& scratch) {
+std::optional<Accepted> follow(std::span<const double> syncs, std::size_t seed, Line line,
+                               std::span<double> scratch) {
   std::size_t count = std::min(first_walk, syncs.size() - seed);
   while (count < syncs.size() - seed) {
     const auto curved = curved_departure(syncs.subspan(seed, count), line);
@@ -226,29 +195,24 @@ bool is_straight(std::span<const double> syncs, const Line& line) {
   return found && found->wander_ps == 0 && found->line.curvature_per_ps == 0;
 }
 
-std::optional<Lock> lock_from(std::span<const double> syncs, std::size_t seed, double period_ps,
-                              double drift, bool may_curve, std::vector<double>& scratch) {
-  Walk walk(syncs[seed], period_ps, drift);
-  const std::size_t end = std::min(syncs.size(), seed + first_walk);
-  for (std::size_t i = seed + 1; i < end; ++i) walk.take(syncs[i]);
-  if (!walk.agrees()) return std::nullopt;
-  const auto straight = grow(syncs, seed, walk.line(), scratch);
-  if (!may_curve || (straight && is_straight(syncs, straight->accepted.line))) return straight;
-  const auto curved = follow(syncs, seed, walk.line(), scratch);
-  return curved ? curved : straight;
-}
-
 }  // namespace
 
 // Tries several seeds near the beginning, as the first sync may be a stray.
-std::optional<Lock> lock(std::span<const double> syncs, double period_ps, double drift,
-                         bool may_curve, std::vector<double>& scratch) {
+std::optional<Accepted> lock(std::span<const double> syncs, double period_ps, double drift,
+                             bool may_curve, std::span<double> scratch) {
   const std::size_t early = std::min(early_seeds, syncs.size() - least_syncs + 1);
   for (std::size_t i = 1; i <= early; ++i) {
     const std::size_t seed = i % early;
     if (is_double(syncs, seed, period_ps)) continue;
-    if (const auto found = lock_from(syncs, seed, period_ps, drift, may_curve, scratch))
-      return found;
+    Walk walk(syncs[seed], period_ps, drift);
+    const std::size_t end = std::min(syncs.size(), seed + first_walk);
+    for (std::size_t k = seed + 1; k < end; ++k) walk.take(syncs[k]);
+    if (!walk.agrees()) continue;
+    const auto straight = grow(syncs, seed, walk.line(), scratch);
+    if (may_curve && !(straight && is_straight(syncs, straight->line))) {
+      if (const auto curved = follow(syncs, seed, walk.line(), scratch)) return curved;
+    }
+    if (straight) return straight;
   }
   return std::nullopt;
 }

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "estimator/sync/drift_regression.hpp"
 
@@ -13,20 +12,13 @@ namespace splid::sync {
 
 inline constexpr std::size_t least_syncs = 3;  // that a line is taken from
 
-// What one pass over the syncs accepted.
-struct Lock {
-  Accepted accepted;
-  std::size_t near = 0;  // not accepted, but doubles, or within a 16th of the period of the line
-  double sigma_ps = 0;   // robust standard deviation of the accepted syncs about their mean
-};
-
-// The line through the syncs whose period is within the ratio `drift` of period_ps, or nothing
-// where less than 60 % of the syncs lie on such a line. If may_curve, and the clock's rate changes
+// The syncs on a line whose period is within the ratio `drift` of period_ps, or nothing where less
+// than 60 % of all lie on such a line. If may_curve, and the clock's rate changes
 // significantly within the frame, the line has a quadratic term.
 //
 // syncs: at least least_syncs times in ps from the fit's origin, nearly sorted. scratch: room for
 // as many values as there are syncs.
-std::optional<Lock> lock(std::span<const double> syncs, double period_ps, double drift,
-                         bool may_curve, std::vector<double>& scratch);
+std::optional<Accepted> lock(std::span<const double> syncs, double period_ps, double drift,
+                             bool may_curve, std::span<double> scratch);
 
 }  // namespace splid::sync

@@ -48,17 +48,6 @@ std::optional<double> fitted(std::span<const double> ascending_gaps, double gap_
   return period_ps;
 }
 
-std::size_t sorted_gaps(std::span<const std::int64_t> syncs_ps,
-                        std::array<double, most_gaps>& gaps) {
-  std::size_t count = 0;
-  for (std::size_t i = 1; i < syncs_ps.size() && count < most_gaps; ++i) {
-    const auto gap_ps = static_cast<double>(syncs_ps[i] - syncs_ps[i - 1]);
-    if (gap_ps > 0) gaps[count++] = gap_ps;
-  }
-  std::sort(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(count));
-  return count;
-}
-
 // Design note: a batch is as long as a frame of the daemon, in which an oscillator's rate is as
 // good as constant, and has at least as many syncs as SyncClock follows one by one. Fast syncs fill
 // a batch sooner.
@@ -87,19 +76,18 @@ std::vector<std::int64_t> without_doubles(const std::vector<std::int64_t>& syncs
   return kept;
 }
 
-// Many doubles hide the period in the gaps, so they are taken out where the first try fails.
-std::optional<double> first_period_ps(const std::vector<std::int64_t>& syncs_ps) {
-  const auto found = find_sync_period_ps(syncs_ps);
-  return found ? found : find_sync_period_ps(without_doubles(syncs_ps));
-}
-
 }  // namespace
 
 std::optional<double> find_sync_period_ps(std::span<const std::int64_t> syncs_ps) {
   std::array<double, most_gaps> room;
-  const std::size_t count = sorted_gaps(syncs_ps, room);
+  std::size_t count = 0;
+  for (std::size_t i = 1; i < syncs_ps.size() && count < most_gaps; ++i) {
+    const auto gap_ps = static_cast<double>(syncs_ps[i] - syncs_ps[i - 1]);
+    if (gap_ps > 0) room[count++] = gap_ps;
+  }
   if (count < least_gaps) return std::nullopt;
-  const std::span<const double> gaps = std::span<const double>(room).first(count);
+  const std::span<double> gaps = std::span(room).first(count);
+  std::sort(gaps.begin(), gaps.end());
   std::optional<double> best_ps;
   // The shortest gaps may come from strays or doubles, so longer gaps have their turn too.
   for (const std::size_t part :
@@ -133,9 +121,10 @@ std::optional<MeasuredPeriod> SyncSurvey::finish() {
 
 void SyncSurvey::end_batch() {
   if (!clock_) {
-    if (const auto period_ps = first_period_ps(batch_ps_)) {
-      clock_.emplace(*period_ps, DriftMethod::regression, most_syncs);
-    }
+    auto period_ps = find_sync_period_ps(batch_ps_);
+    // Many doubles hide the period in the gaps.
+    if (!period_ps) period_ps = find_sync_period_ps(without_doubles(batch_ps_));
+    if (period_ps) clock_.emplace(*period_ps, DriftMethod::regression, most_syncs);
   }
   if (clock_ && !batch_ps_.empty()) {
     const auto [first, last] = std::minmax_element(batch_ps_.begin(), batch_ps_.end());

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/sync/in_quadrature.hpp"
-
 namespace splid {
 namespace {
 
