@@ -45,14 +45,6 @@ double blinded_share(std::span<const std::uint64_t> of_input, double photons, do
   return blinded / (photons * light);
 }
 
-// When a photon's dead time ends, losses aside. is_cut: with the next photon at the latest.
-std::int64_t end_of(Times times_ps, std::size_t photon, std::int64_t dead_time_ps,
-                    std::int64_t frame_end_ps, bool is_cut) {
-  const bool has_next = is_cut && photon + 1 < times_ps.size();
-  const std::int64_t latest_ps = has_next ? times_ps[photon + 1] : frame_end_ps;
-  return std::min(times_ps[photon] + dead_time_ps, latest_ps);
-}
-
 }  // namespace
 
 DeadIntervals::DeadIntervals(const PulseTrain& train, double dead_time, std::size_t inputs,
@@ -104,12 +96,14 @@ bool DeadIntervals::find(const FrameView& frame, const PulseTrain& train) {
       times_ps, static_cast<std::int64_t>(least_gap * static_cast<double>(dead_time_ps_)));
   share_by_pairs(frame, times_ps);
   add_before(frame, times_ps.empty() ? frame.end_ps : times_ps.front());
-  const bool is_cut = share == 1;
   const std::size_t before = ends_ps_.size();
   if (frame.losses.empty()) ends_ps_.resize(before + times_ps.size());
   std::int64_t sum_ps = 0;
   for (std::size_t i = 0; i < times_ps.size(); ++i) {
-    const std::int64_t to_ps = end_of(times_ps, i, dead_time_ps_, frame.end_ps, is_cut);
+    // With a single input the next photon ends the dead time at the latest.
+    const bool is_cut = share == 1 && i + 1 < times_ps.size();
+    const std::int64_t to_ps =
+        std::min(times_ps[i] + dead_time_ps_, is_cut ? times_ps[i + 1] : frame.end_ps);
     if (frame.losses.empty()) {
       ends_ps_[before + i] = to_ps;
       sum_ps += to_ps - times_ps[i];

@@ -8,19 +8,6 @@
 #include "estimator/model/units.hpp"
 
 namespace splid {
-namespace {
-
-// Leaves no photons, and the facts of another frame.
-void begin_like(const FoldedFrame& all, FoldedFrame& frame) {
-  frame.length_ns = all.length_ns;
-  frame.seen_ns = all.seen_ns;
-  frame.scale = all.scale;
-  for (auto* values : {&frame.phase_ns, &frame.time_ns}) values->clear();
-  frame.phase_32.clear();
-  frame.group_end.clear();
-}
-
-}  // namespace
 
 FoldedFrame::FoldedFrame(const PulseTrain& train, std::size_t max_photons, double reach_ns)
     : reach_ns_(reach_ns) {
@@ -33,14 +20,9 @@ FoldedFrame::FoldedFrame(const PulseTrain& train, std::size_t max_photons, doubl
   phases_32_.reserve(max_photons);
 }
 
-void FoldedFrame::fold(const FrameView& frame, const PulseTrain& train) {
-  correct_times(frame, train.period_ns);
-  group_end.clear();
-  if (train.single()) {
-    group_end.push_back(size());
-  } else {
-    group_by_segment(train);
-  }
+void FoldedFrame::resize(std::size_t count) {
+  for (auto* values : {&phase_ns, &time_ns}) values->resize(count);
+  phase_32.resize(count);
 }
 
 // [P] Eq. 20: a time in the tagger's clock, over `scale`, is the time in the clock of the
@@ -48,14 +30,11 @@ void FoldedFrame::fold(const FrameView& frame, const PulseTrain& train) {
 //
 // Design note: times are formed with whole picoseconds up to mid-frame, and are doubles from there
 // on, so that an epoch of 3.4e17 ps costs no picosecond: those of a frame of 50 ms are exact.
-void FoldedFrame::correct_times(const FrameView& frame, double period_ns) {
-  const std::size_t count = frame.photons_ps.size();
-  phase_ns.resize(count);
-  time_ns.resize(count);
-  phase_32.resize(count);
+void FoldedFrame::fold(const FrameView& frame, const PulseTrain& train) {
+  resize(frame.photons_ps.size());
   const SyncFit& sync = frame.sync;
   const std::int64_t mid_ps = frame.mid_ps();
-  scale = sync.period_ps * ns_per_ps / period_ns;
+  scale = sync.period_ps * ns_per_ps / train.period_ns;
   const double to_ns = ns_per_ps / scale;
   const auto length_ps = static_cast<double>(frame.end_ps - frame.start_ps);
   length_ns = length_ps * to_ns;
@@ -66,8 +45,10 @@ void FoldedFrame::correct_times(const FrameView& frame, double period_ns) {
   best_search_kernels().fold(
       time_ns.data(), phase_ns.data(), phase_32.data(), frame.photons_ps.data(),
       {mid_ps, to_ns, turns_per_ps, start_phase_ps * turns_per_ps,
-       sync.curvature_ps * turns_per_ps / (length_ps * length_ps / 4), period_ns},
-      count);
+       sync.curvature_ps * turns_per_ps / (length_ps * length_ps / 4), train.period_ns},
+      size());
+  group_end.assign(1, size());
+  if (!train.single()) group_by_segment(train);
 }
 
 void FoldedFrame::group_by_segment(const PulseTrain& train) {
@@ -100,12 +81,23 @@ void FoldedFrame::group_by_segment(const PulseTrain& train) {
   next.back() = size();
 }
 
+void FoldedFrame::begin_like(const FoldedFrame& other) {
+  length_ns = other.length_ns;
+  seen_ns = other.seen_ns;
+  scale = other.scale;
+  dead = nullptr;
+  group_end.clear();
+}
+
+void FoldedFrame::copy_photon(std::size_t to, const FoldedFrame& from, std::size_t photon) {
+  phase_ns[to] = from.phase_ns[photon];
+  time_ns[to] = from.time_ns[photon];
+  phase_32[to] = from.phase_32[photon];
+}
+
 void FoldedFrame::straighten(const FoldedFrame& curved, double quadratic_ns,
                              const PulseTrain& train) {
-  length_ns = curved.length_ns;
-  seen_ns = curved.seen_ns;
-  scale = curved.scale;
-  dead = nullptr;
+  begin_like(curved);
   group_end = curved.group_end;
   time_ns = curved.time_ns;
   phase_ns = curved.phase_ns;
@@ -130,35 +122,32 @@ void FoldedFrame::straighten(const FoldedFrame& curved, double quadratic_ns,
 double FoldedFrame::dead_ns() const { return dead != nullptr ? dead->dead_ns : 0; }
 
 void FoldedFrame::take_every(std::size_t step, const FoldedFrame& all) {
-  begin_like(all, *this);
+  begin_like(all);
+  resize(all.size() / step + all.group_end.size());
+  std::size_t taken = 0;
   for (std::size_t group = 0; group < all.group_end.size(); ++group) {
     for (std::size_t i = all.group_begin(group); i < all.group_end[group]; i += step) {
-      phase_ns.push_back(all.phase_ns[i]);
-      time_ns.push_back(all.time_ns[i]);
-      phase_32.push_back(all.phase_32[i]);
+      copy_photon(taken++, all, i);
     }
-    group_end.push_back(size());
+    group_end.push_back(taken);
   }
+  resize(taken);
 }
 
 // Design note: every photon is written, and the next one overwrites those that are left out. No
 // branch depends on which these are, which takes a third of the time.
 void FoldedFrame::take_some(std::span<const std::uint8_t> stays, const FoldedFrame& all) {
-  begin_like(all, *this);
-  for (auto* values : {&phase_ns, &time_ns}) values->resize(all.size());
-  phase_32.resize(all.size());
+  begin_like(all);
+  resize(all.size());
   std::size_t taken = 0;
   for (std::size_t group = 0; group < all.group_end.size(); ++group) {
     for (std::size_t i = all.group_begin(group); i < all.group_end[group]; ++i) {
-      phase_ns[taken] = all.phase_ns[i];
-      time_ns[taken] = all.time_ns[i];
-      phase_32[taken] = all.phase_32[i];
+      copy_photon(taken, all, i);
       taken += stays[i];
     }
     group_end.push_back(taken);
   }
-  for (auto* values : {&phase_ns, &time_ns}) values->resize(taken);
-  phase_32.resize(taken);
+  resize(taken);
 }
 
 }  // namespace splid

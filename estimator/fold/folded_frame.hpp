@@ -71,8 +71,11 @@ struct FoldedFrame {
   }
 
  private:
-  void correct_times(const FrameView& frame, double period_ns);
   void group_by_segment(const PulseTrain& train);
+  void resize(std::size_t count);
+  // Takes the facts of another frame, but none of its groups.
+  void begin_like(const FoldedFrame& other);
+  void copy_photon(std::size_t to, const FoldedFrame& from, std::size_t photon);
 
   double reach_ns_;
   std::vector<std::uint8_t> group_;       // scratch: one a photon

@@ -6,8 +6,10 @@
 namespace splid {
 
 // The kernels of a level, which must be one that this processor runs, and those of the best level.
-const SearchKernels& search_kernels(VectorLevel level);
-const SearchKernels& best_search_kernels();
+inline const SearchKernels& search_kernels(VectorLevel level) {
+  return SPLID_KERNELS_OF(level, search_kernels);
+}
+inline const SearchKernels& best_search_kernels() { return search_kernels(best_vector_level()); }
 
 // Those of a type of counts.
 template <class Count>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "estimator/fold/kernel_choice.hpp"
 #include "estimator/sync/round_quickly.hpp"
@@ -25,12 +26,6 @@ bool each_photon_has_one_pulse(std::span<const CombWindow> windows) {
          std::all_of(windows.begin(), windows.end(), [&](const CombWindow& window) {
            return window.uniform_amplitude() == amplitude && window.max_overlap() <= 1;
          });
-}
-
-std::uint64_t sum_of(std::span<const std::uint32_t> phases) {
-  std::uint64_t sum = 0;
-  for (const std::uint32_t phase : phases) sum += phase;
-  return sum;
 }
 
 }  // namespace
@@ -80,21 +75,7 @@ void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> wind
             columns_of(windows.front(), gather_width_ns) <= static_cast<double>(most_columns) &&
             each_photon_has_one_pulse(windows);
   if (gathers) {
-    const CombWindow& window = windows.front();
-    const Cells cells = {window.first_ns(), window.last_ns(), cells_a_width / gather_width_ns,
-                         static_cast<std::size_t>(columns_of(window, gather_width_ns)),
-                         gathered_rows / frame.length_ns};
-    cells_.assign(cells.columns * gathered_rows, {});
-    visit_near(frame, windows, train,
-               [&](std::size_t photon, double phase_ns, std::span<const CombWindow::Pulse> pulses,
-                   const CombWindow&) {
-                 if (!pulses.empty()) {
-                   const double residual = phase_ns - pulses.front().time_ns;
-                   if (residual > cells.last_ns) beyond_ += pulses.front().amplitude;
-                   add_to_cell(frame, photon, residual, cells);
-                 }
-               });
-    take_cells(window.uniform_amplitude());
+    gather_photons(frame, windows, train, gather_width_ns);
   } else {
     take_photons(frame, windows, train);
     weight.assign(first.size(), 1.0);
@@ -136,31 +117,25 @@ std::size_t NearSet::pick_groups(const FoldedFrame& frame, std::span<const CombW
 template <class Add>
 void NearSet::visit_near(const FoldedFrame& frame, std::span<const CombWindow> windows,
                          const PulseTrain& train, const Add& add) const {
+  const Curve curve(*this, frame.length_ns);
   for (std::size_t s = 0; s < train.segments.size(); ++s) {
-    visit_group(frame, s, windows[s], train.segments[s], add);
+    const std::size_t begin = frame.group_begin(s);
+    const double begin_ns = train.segments[s].begin_ns;
+    const double period_ns = train.segments[s].comb.period_ns;
+    const double to_32 = 0x1p32 / period_ns;
+    const double turns_per_ns = 1 / period_ns;
+    // The integer phases, in 2^-32 of a period, tell which photons are near and on which turn. The
+    // residual itself comes from doubles, which are good to 1e-16.
+    for (std::size_t n = 0; n < picks_[s]; ++n) {
+      const std::size_t i = begin + picked_[begin + n];
+      const std::uint32_t phase_32 = phase_32_[i];
+      const double coarse = phase_32 / to_32;
+      const double apart = curve.left(frame.phase_ns[i] - begin_ns, frame.time_ns[i]) - coarse;
+      add(i, coarse + (apart - period_ns * round_quickly(apart * turns_per_ns)),
+          windows[s].candidates(phase_32), windows[s]);
+    }
   }
   if (!train.single()) visit_between(frame, windows, train, add);
-}
-
-template <class Add>
-void NearSet::visit_group(const FoldedFrame& frame, std::size_t group, const CombWindow& window,
-                          const PulseTrain::Segment& segment, const Add& add) const {
-  const std::size_t begin = frame.group_begin(group);
-  const double period_ns = segment.comb.period_ns;
-  const Curve curve(*this, frame.length_ns);
-  const double to_32 = 0x1p32 / period_ns;
-  const double turns_per_ns = 1 / period_ns;
-  // The integer phases, in 2^-32 of a period, tell which photons are near and on which turn. The
-  // residual itself comes from doubles, which are good to 1e-16.
-  for (std::size_t n = 0; n < picks_[group]; ++n) {
-    const std::size_t i = begin + picked_[begin + n];
-    const std::uint32_t phase_32 = phase_32_[i];
-    const double coarse = phase_32 / to_32;
-    const double phase = curve.left(frame.phase_ns[i] - segment.begin_ns, frame.time_ns[i]);
-    const double apart = phase - coarse;
-    add(i, coarse + (apart - period_ns * round_quickly(apart * turns_per_ns)),
-        window.candidates(phase_32), window);
-  }
 }
 
 // The photons of the last group: the line tells when they left, and so in which segment.
@@ -216,26 +191,36 @@ void NearSet::take_photons(const FoldedFrame& frame, std::span<const CombWindow>
   if (notes_index_) index.resize(photons);
 }
 
-void NearSet::add_to_cell(const FoldedFrame& frame, std::size_t photon, double residual,
-                          const Cells& cells) {
-  if (residual < cells.first_ns || residual > cells.last_ns) return;
-  const double time_ns = frame.time_ns[photon];
-  const double row =
-      std::clamp(time_ns * cells.rows_per_ns + 0.5 * gathered_rows, 0.0, gathered_rows - 1.0);
-  const auto column = static_cast<std::size_t>((residual - cells.first_ns) * cells.per_ns);
-  Cell& cell = cells_[static_cast<std::size_t>(row) * cells.columns + column];
-  cell.weight += 1;
-  cell.residual += residual;
-  cell.position += time_ns * cells.rows_per_ns;
-}
-
-void NearSet::take_cells(double amplitude_of_all) {
+// The photons are added up in cells, whose rows go along the frame and columns across the window.
+void NearSet::gather_photons(const FoldedFrame& frame, std::span<const CombWindow> windows,
+                             const PulseTrain& train, double width_ns) {
+  const double columns_per_ns = cells_a_width / width_ns;
+  const double rows_per_ns = gathered_rows / frame.length_ns;
+  const auto columns = static_cast<std::size_t>(columns_of(windows.front(), width_ns));
+  cells_.assign(columns * gathered_rows, {});
+  visit_near(
+      frame, windows, train,
+      [&](std::size_t photon, double phase_ns, std::span<const CombWindow::Pulse> pulses,
+          const CombWindow& window) {
+        if (pulses.empty()) return;
+        const double residual = phase_ns - pulses.front().time_ns;
+        if (residual > window.last_ns()) beyond_ += pulses.front().amplitude;
+        if (residual < window.first_ns() || residual > window.last_ns()) return;
+        const double rows = frame.time_ns[photon] * rows_per_ns;  // from mid-frame
+        const double row = std::clamp(rows + 0.5 * gathered_rows, 0.0, gathered_rows - 1.0);
+        const double column = (residual - window.first_ns()) * columns_per_ns;
+        Cell& cell =
+            cells_[static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column)];
+        cell.weight += 1;
+        cell.residual += residual;
+        cell.position += rows;
+      });
   for (const Cell& cell : cells_) {
     if (cell.weight == 0) continue;
     first.push_back(static_cast<std::uint32_t>(residual_ns.size()));
     residual_ns.push_back(cell.residual / cell.weight);
     position.push_back(cell.position / (cell.weight * gathered_rows));
-    amplitude.push_back(amplitude_of_all);
+    amplitude.push_back(windows.front().uniform_amplitude());
     weight.push_back(cell.weight);
   }
 }
@@ -249,7 +234,9 @@ NearSet::Passed NearSet::passed(const FoldedFrame& frame, std::span<const CombWi
     const std::span phases = std::span(phase_32_).subspan(
         frame.group_begin(s), frame.group_end[s] - frame.group_begin(s));
     const double to_32 = 0x1p32 / train.segments[s].comb.period_ns;
-    const double mean_ns = static_cast<double>(sum_of(phases)) / to_32;
+    const double mean_ns =
+        static_cast<double>(std::accumulate(phases.begin(), phases.end(), std::uint64_t{0})) /
+        to_32;
     sum.amplitude += window.amplitude_before(phases) - window.amplitude_per_ns() * mean_ns;
     sum.amplitude_per_ns += window.amplitude_per_ns() * static_cast<double>(phases.size());
   }

@@ -63,13 +63,6 @@ struct NearSet {
 
  private:
   struct Curve;
-  // The cells that photons are gathered in. Rows go along the frame, columns across the window.
-  struct Cells {
-    double first_ns, last_ns;  // the window
-    double per_ns;             // columns
-    std::size_t columns;
-    double rows_per_ns;
-  };
   [[nodiscard]] std::size_t pick_groups(const FoldedFrame& frame,
                                         std::span<const CombWindow> windows,
                                         const PulseTrain& train);
@@ -77,16 +70,12 @@ struct NearSet {
   void visit_near(const FoldedFrame& frame, std::span<const CombWindow> windows,
                   const PulseTrain& train, const Add& add) const;
   template <class Add>
-  void visit_group(const FoldedFrame& frame, std::size_t group, const CombWindow& window,
-                   const PulseTrain::Segment& segment, const Add& add) const;
-  template <class Add>
   void visit_between(const FoldedFrame& frame, std::span<const CombWindow> windows,
                      const PulseTrain& train, const Add& add) const;
   void take_photons(const FoldedFrame& frame, std::span<const CombWindow> windows,
                     const PulseTrain& train);
-  void add_to_cell(const FoldedFrame& frame, std::size_t photon, double residual_ns,
-                   const Cells& cells);
-  void take_cells(double amplitude);
+  void gather_photons(const FoldedFrame& frame, std::span<const CombWindow> windows,
+                      const PulseTrain& train, double width_ns);
 
   struct Cell {
     double weight = 0, residual = 0, position = 0;  // sums
