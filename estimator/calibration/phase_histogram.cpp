@@ -40,9 +40,7 @@ void PhaseHistogram::add(const FrameView& frame) {
   for (const std::int64_t photon_ps : frame.photons_ps) ++counts_[phase.bin_of(photon_ps, bins())];
   period_.add(frame.sync);
   photons_ += frame.photons_ps.size();
-  std::int64_t seen_ps = frame.end_ps - frame.start_ps;
-  for (const Loss& loss : frame.losses) seen_ps -= loss.end_ps - loss.begin_ps;
-  seconds_ += static_cast<double>(seen_ps) * 1e-12;
+  seconds_ += frame.seen_ns() * 1e-9;
   const double share = static_cast<double>(frame.photons_ps.size()) * frame.sync.std_phase_ps;
   phase_variance_ps2_ += share * share;
 }

@@ -163,8 +163,7 @@ std::optional<double> width_by_pairs_ps(const PhaseHistogram& fold) {
     const Pairs pairs = pairs_in(cells, photons);
     if (!(whole > 0)) {
       if (pairs.excess < outstanding_deviations * pairs.deviation) continue;
-      whole = before = pairs.excess;
-      continue;
+      whole = pairs.excess;
     }
     if (pairs.excess > whole / 2) {
       before = pairs.excess;

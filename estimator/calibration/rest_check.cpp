@@ -55,14 +55,6 @@ class Alignment {
 
   // Adds a slice; returns the shift, in bins, by which the slice is later than the first slice.
   std::size_t place(const std::vector<float>& slice) {
-    if (!empty_) shift_ = best_shift(slice);
-    empty_ = false;
-    for (std::size_t b = 0; b < sum_.size(); ++b) sum_[b] += slice[(b + shift_) % sum_.size()];
-    return shift_;
-  }
-
- private:
-  std::size_t best_shift(const std::vector<float>& slice) {
     std::vector<std::complex<float>> of_sum;
     fft_.fwd(of_sum, sum_);
     fft_.fwd(wave_, slice);
@@ -79,15 +71,17 @@ class Alignment {
       variance += slice[b] * (there - here) * (there - here);
     }
     const double gain = correlation_[best] - correlation_[shift_];
-    return gain > sure_deviations_of_many * std::sqrt(variance) ? best : shift_;
+    if (gain > sure_deviations_of_many * std::sqrt(variance)) shift_ = best;
+    for (std::size_t b = 0; b < bins; ++b) sum_[b] += slice[(b + shift_) % bins];
+    return shift_;
   }
 
+ private:
   Eigen::FFT<float> fft_;
   std::vector<float> sum_;  // of all slices so far, each shifted back
   std::vector<std::complex<float>> wave_;
   std::vector<float> correlation_;
   std::size_t shift_ = 0;
-  bool empty_ = true;
 };
 
 }  // namespace
