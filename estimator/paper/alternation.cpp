@@ -166,13 +166,10 @@ AlternationResult alternate(LogLikelihood& likelihood, const PaperParameters& st
     const double gained = gain_nats - result.gain_nats;
     result.gain_nats = gain_nats;
     if (round == 0) continue;
-    if (std::abs(p.delay_ns - before.delay_ns) < delay_small &&
-        std::abs(p.velocity_mps - before.velocity_mps) < v_small) {
-      result.stop = Stop::step_small;
-      break;
-    }
-    if (gained < gain_small) {
-      result.stop = Stop::gain_small;
+    const bool is_still = std::abs(p.delay_ns - before.delay_ns) < delay_small &&
+                          std::abs(p.velocity_mps - before.velocity_mps) < v_small;
+    if (is_still || gained < gain_small) {
+      result.stop = is_still ? Stop::step_small : Stop::gain_small;
       break;
     }
   }

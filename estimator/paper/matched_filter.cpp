@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "estimator/model/units.hpp"
-#include "estimator/paper/train_photons.hpp"
 
 namespace splid::paper {
 namespace {
@@ -75,8 +74,8 @@ double matched_delay_ns(const FoldedFrame& frame, const PulseTrain& train,
   return static_cast<double>(best - score.begin()) / bins_per_ns;
 }
 
-Counting count_signal(const FoldedFrame& frame, const PulseTrain& train, double width_ns,
-                      double delay_ns, double max_speed_mps) {
+PaperParameters count_signal(const FoldedFrame& frame, const PulseTrain& train, double width_ns,
+                             double delay_ns, double max_speed_mps) {
   constexpr double least_outside = 0.01;
   const Comb& comb = train.segments.front().comb;
   const double half_ns = 2 * width_ns + 2 * max_speed_mps / speed_of_light_mps * frame.length_ns;
@@ -88,13 +87,11 @@ Counting count_signal(const FoldedFrame& frame, const PulseTrain& train, double 
   const auto photons = static_cast<double>(frame.size());
   const double amplitude = train.amplitude_per_ns / frame.scale * frame.seen_ns;
   if (inside_share > 1 - least_outside) {
-    return {photons / 2 / amplitude, photons / 2 / frame.seen_ns};
+    return {delay_ns, 0, photons / 2 / amplitude, photons / 2 / frame.seen_ns};
   }
-  Counting counting;
-  counting.background_per_ns = (photons - inside) / ((1 - inside_share) * frame.seen_ns);
-  const double beneath = counting.background_per_ns * inside_share * frame.seen_ns;
-  counting.signal_per_pulse = std::max(0.0, inside - beneath) / amplitude;
-  return counting;
+  const double background_per_ns = (photons - inside) / ((1 - inside_share) * frame.seen_ns);
+  const double beneath = background_per_ns * inside_share * frame.seen_ns;
+  return {delay_ns, 0, std::max(0.0, inside - beneath) / amplitude, background_per_ns};
 }
 
 }  // namespace splid::paper

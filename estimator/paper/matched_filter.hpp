@@ -3,6 +3,7 @@
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"
+#include "estimator/paper/alternation.hpp"
 
 namespace splid::paper {
 
@@ -13,15 +14,12 @@ namespace splid::paper {
 // there are. train: of a random pattern, which has one segment. Source: [P] Eq. 8.
 double matched_delay_ns(const FoldedFrame& frame, const PulseTrain& train, const PulseShape& shape);
 
-// Signal and background by counting, for a target at delay_ns that may move at up to max_speed_mps:
-// within windows of t_win = 4 sigma + 4 v_max t_a / c about each pulse both, outside background
-// alone. Where the windows leave less than 1 % of the time, as 40 of 100 ns do in 3780 ns, half of
-// the photons count as signal; the refinement does not depend on it. Source: [P] Eq. 9 and 10.
-struct Counting {
-  double signal_per_pulse = 0;   // of a pulse of amplitude 1; >= 0
-  double background_per_ns = 0;  // of the tagger's clock; >= 0
-};
-Counting count_signal(const FoldedFrame& frame, const PulseTrain& train, double width_ns,
-                      double delay_ns, double max_speed_mps);
+// A target at rest at delay_ns, with its signal and background by counting, where it may move at up
+// to max_speed_mps: within windows of t_win = 4 sigma + 4 v_max t_a / c about each pulse both,
+// outside background alone. Where the windows leave less than 1 % of the time, as 40 of 100 ns do
+// in 3780 ns, half of the photons count as signal; the refinement does not depend on it. Source:
+// [P] Eq. 9 and 10.
+PaperParameters count_signal(const FoldedFrame& frame, const PulseTrain& train, double width_ns,
+                             double delay_ns, double max_speed_mps);
 
 }  // namespace splid::paper

@@ -10,15 +10,15 @@
 #include "estimator/search/frame_search.hpp"
 #include "protocol/pattern.hpp"
 
-// The room paper/ is the method of [P] as [P] has it, to compare splid's own with: its
+// The room paper/ is the method of [P] as [P] has it, the yardstick for splid's own search: its
 // initialisers, then L-BFGS on two pairs of parameters in turn, with the likelihood of likelihood/.
 // It allocates and is slower than search/. Open this file first. Its parts, in the order in which a
 // folded frame passes them:
 //   paper_start.cpp        where the refinement starts, by mode
 //     matched_filter.hpp     random patterns: [P] Eq. 8 to 10
 //     train_photons.hpp      other modes: the photons of one pulse train, those that belong to a
-//                            sub-period of an interleaved pattern, their delay modulo the period,
-//     fourier_velocity.hpp   their velocity by the observed repetition frequency, and
+//                            sub-period of an interleaved pattern, their velocity by the observed
+//                            repetition frequency, their delay modulo the period, and
 //     crt.hpp                the delay itself, by a Chinese remainder theorem: [P] Eq. 16 to 18
 //   alternation.hpp        the refinement
 
@@ -39,10 +39,7 @@ struct PaperResult {
   Stop stop = Stop::not_run;
 };
 
-// The method of [P], kept whole as the yardstick for splid's own search: Fourier analysis and
-// censoring (periodic modes), with a Chinese remainder theorem where there are several periods
-// (MRR, interleaved), or a matched filter at v = 0 and counting (random); then L-BFGS on (S, b) and
-// (tau, v) in turn. Its limits, as [P] names them or as they follow from it:
+// The method of [P], whole. Its limits, as [P] names them or as they follow from it:
 //  - With a random pattern, a target that moves by more than some 15 pulse widths in a frame (5 m/s
 //    in 50 ms) starts outside the reach of the refinement.
 //  - A single pulse in each period needs more light for the Fourier analysis than for the
@@ -79,15 +76,12 @@ class PaperMethod {
   };
   [[nodiscard]] static Repetition repetition_of(const Comb& comb);
   [[nodiscard]] Repetition subperiod_of(double nominal_ns) const;
+  // The photons of a train, or of a sub-period.
   [[nodiscard]] TrainPhotons photons_of(const FrameView& view, const FoldedFrame& frame,
                                         std::size_t index) const;
-  [[nodiscard]] TrainPhotons photons_of_subperiod(const FoldedFrame& frame,
-                                                  const Repetition& subperiod) const;
-  // Fourier analysis and censoring of each train. The result is the mean over the trains, with the
-  // delay that the Chinese remainder theorem makes of the trains' delays.
-  [[nodiscard]] std::optional<PaperParameters> from_trains(
-      const std::vector<TrainPhotons>& trains) const;
-  // Where the refinement starts. Absent where the photons show no peak.
+  // Where the refinement starts: by matched filter, or by Fourier analysis and censoring of each
+  // train. Their result is the mean over the trains, with the delay that the Chinese remainder
+  // theorem makes of the trains' delays. Absent where the photons show no peak.
   [[nodiscard]] std::optional<PaperParameters> find_start(const FrameView& view,
                                                           const FoldedFrame& frame) const;
 

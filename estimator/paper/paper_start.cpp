@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "estimator/model/units.hpp"
-#include "estimator/paper/fourier_velocity.hpp"
 #include "estimator/paper/matched_filter.hpp"
 #include "estimator/paper/paper_method.hpp"
 
@@ -28,7 +27,9 @@ PaperMethod::Repetition PaperMethod::subperiod_of(double nominal_ns) const {
 
 TrainPhotons PaperMethod::photons_of(const FrameView& view, const FoldedFrame& frame,
                                      std::size_t index) const {
-  const PulseTrain::Segment& train = train_.segments[index];
+  // All sub-periods of an interleaved pattern play in its one train.
+  const bool is_subperiod = mode_ == Mode::interleaved;
+  const PulseTrain::Segment& train = train_.segments[is_subperiod ? 0 : index];
   const double length_ns = train.end_ns - train.begin_ns, period_ns = train_.period_ns;
   const Repetition& repetition = repetitions_[index];
   TrainPhotons photons;
@@ -54,79 +55,54 @@ TrainPhotons PaperMethod::photons_of(const FrameView& view, const FoldedFrame& f
   for (const Loss& loss : view.losses) photons.seen_ns -= on_ns(loss.end_ps) - on_ns(loss.begin_ps);
   photons.amplitude = repetition.amplitude * photons.seen_ns / repetition.period_ns;
   photons.counted = static_cast<double>(photons.size());
+  if (is_subperiod) {
+    const double motion_ns = 2 * max_speed_mps_ / speed_of_light_mps * frame.length_ns;
+    keep_largest_cluster(photons, 4 * shape_.width_ns() + motion_ns);
+  }
   return photons;
-}
-
-TrainPhotons PaperMethod::photons_of_subperiod(const FoldedFrame& frame,
-                                               const Repetition& subperiod) const {
-  TrainPhotons photons;
-  photons.period_ns = subperiod.period_ns;
-  for (std::size_t j = 0; j < frame.size(); ++j) {
-    photons.phase_ns.push_back(
-        fold_on(frame.phase_ns[j] - subperiod.offset_ns, subperiod.period_ns));
-    photons.time_ns.push_back(frame.time_ns[j] + frame.length_ns / 2);
-  }
-  photons.seen_ns = frame.seen_ns / frame.scale;
-  photons.amplitude = subperiod.amplitude * photons.seen_ns / subperiod.period_ns;
-  photons.counted = static_cast<double>(photons.size());
-  const double motion_ns = 2 * max_speed_mps_ / speed_of_light_mps * frame.length_ns;
-  keep_largest_cluster(photons, 4 * shape_.width_ns() + motion_ns);
-  return photons;
-}
-
-std::optional<PaperParameters> PaperMethod::from_trains(
-    const std::vector<TrainPhotons>& trains) const {
-  PaperParameters mean;
-  std::vector<double> delays_ns, counts;
-  for (const TrainPhotons& photons : trains) {
-    if (!(photons.seen_ns > 0)) return std::nullopt;
-    const double velocity_mps = fourier_velocity_mps(photons, shape_.width_ns(), max_speed_mps_);
-    const FoldedPeak peak = find_folded_peak(photons, velocity_mps, shape_);
-    if (!peak.found) return std::nullopt;
-    delays_ns.push_back(peak.delay_ns);
-    counts.push_back(peak.signal_per_pulse * photons.amplitude);
-    const auto share = 1 / static_cast<double>(trains.size());
-    mean.velocity_mps += share * velocity_mps;
-    mean.signal_per_pulse += share * peak.signal_per_pulse;
-    mean.background_per_ns += share * peak.background_per_ns;
-  }
-  const double beta = mean.velocity_mps / speed_of_light_mps;
-  const double rate = 2 * beta / (1 + beta);
-  if (trains.size() == 1) {
-    mean.delay_ns = (delays_ns.front() - rate * trains.front().start_ns) * (1 + beta);
-    return mean;
-  }
-  // [P] Eq. 5: train k sees tau + 2 v t_0^k / c, which is taken back to the frame's start here. A
-  // mean of n photons has n times the weight of one photon.
-  std::vector<Remainder> remainders;
-  for (std::size_t k = 0; k < trains.size(); ++k) {
-    const double value_ns = delays_ns[k] - rate * trains[k].start_ns;
-    remainders.push_back(
-        {fold_on(value_ns, trains[k].period_ns), trains[k].period_ns, std::max(counts[k], 1e-3)});
-  }
-  const CrtSolution crt = theorem_(remainders, unambiguous_ns_);
-  if (!crt.found) return std::nullopt;
-  mean.delay_ns = crt.value_ns * (1 + beta);
-  return mean;
 }
 
 std::optional<PaperParameters> PaperMethod::find_start(const FrameView& view,
                                                        const FoldedFrame& frame) const {
   if (mode_ == Mode::random) {
     const double delay_ns = matched_delay_ns(frame, train_, shape_);
-    const Counting counting =
-        count_signal(frame, train_, shape_.width_ns(), delay_ns, max_speed_mps_);
-    return PaperParameters{delay_ns, 0, counting.signal_per_pulse, counting.background_per_ns};
+    return count_signal(frame, train_, shape_.width_ns(), delay_ns, max_speed_mps_);
   }
-  std::vector<TrainPhotons> trains;
+  PaperParameters mean;
+  std::vector<Remainder> remainders;
+  std::vector<double> starts_ns;
   for (std::size_t k = 0; k < repetitions_.size(); ++k) {
-    trains.push_back(mode_ == Mode::interleaved ? photons_of_subperiod(frame, repetitions_[k])
-                                                : photons_of(view, frame, k));
+    const TrainPhotons photons = photons_of(view, frame, k);
+    if (!(photons.seen_ns > 0)) return std::nullopt;
+    const double velocity_mps = fourier_velocity_mps(photons, shape_.width_ns(), max_speed_mps_);
+    const auto peak = find_folded_peak(photons, velocity_mps, shape_);
+    if (!peak) return std::nullopt;
+    // A mean of n photons has n times the weight of one photon.
+    const double counts = peak->signal_per_pulse * photons.amplitude;
+    remainders.push_back({peak->delay_ns, photons.period_ns, std::max(counts, 1e-3)});
+    starts_ns.push_back(photons.start_ns);
+    const auto share = 1 / static_cast<double>(repetitions_.size());
+    mean.velocity_mps += share * velocity_mps;
+    mean.signal_per_pulse += share * peak->signal_per_pulse;
+    mean.background_per_ns += share * peak->background_per_ns;
   }
-  std::optional<PaperParameters> start = from_trains(trains);
   // The background was counted in the pattern's clock, in which the frame is shorter by `scale`.
-  if (start) start->background_per_ns /= frame.scale;
-  return start;
+  mean.background_per_ns /= frame.scale;
+  const double beta = mean.velocity_mps / speed_of_light_mps;
+  const double rate = 2 * beta / (1 + beta);
+  // [P] Eq. 5: train k sees tau + 2 v t_0^k / c, which is taken back to the frame's start here.
+  for (std::size_t k = 0; k < remainders.size(); ++k) {
+    remainders[k].value_ns -= rate * starts_ns[k];
+  }
+  if (remainders.size() == 1) {
+    mean.delay_ns = remainders.front().value_ns * (1 + beta);
+    return mean;
+  }
+  for (Remainder& r : remainders) r.value_ns = fold_on(r.value_ns, r.modulus_ns);
+  const CrtSolution crt = theorem_(remainders, unambiguous_ns_);
+  if (!crt.found) return std::nullopt;
+  mean.delay_ns = crt.value_ns * (1 + beta);
+  return mean;
 }
 
 }  // namespace splid::paper

@@ -9,6 +9,8 @@
 namespace splid::paper {
 namespace {
 
+// A train is folded on so many bins at most.
+constexpr double most_fold_bins = 0x1p18;
 // Half of the window, which holds 99.99 % of a gaussian pulse.
 constexpr double half_window_widths = 4;
 
@@ -44,8 +46,7 @@ Cluster find_largest_cluster(const std::vector<double>& points_ns,
     return points_ns[order[place % count]] + (place < count ? 0 : period_ns);
   };
   Cluster best;
-  double weight = 0;
-  double moment = 0;
+  double weight = 0, moment = 0;
   std::size_t end = 0;
   for (std::size_t begin = 0; begin < count; ++begin) {
     while (end < begin + count && at_ns(end) - at_ns(begin) <= width_ns) {
@@ -76,13 +77,43 @@ void keep_largest_cluster(TrainPhotons& photons, double width_ns) {
   photons.time_ns.resize(kept);
 }
 
-FoldedPeak find_folded_peak(const TrainPhotons& photons, double velocity_mps,
-                            const PulseShape& shape) {
+double fourier_velocity_mps(const TrainPhotons& photons, double width_ns, double max_speed_mps) {
+  if (photons.size() < 2 || !(max_speed_mps > 0)) return 0;
+  const auto [first, last] = std::minmax_element(photons.time_ns.begin(), photons.time_ns.end());
+  const double span_ns = *last - *first;
+  const double max_beta = max_speed_mps / speed_of_light_mps;
+  const double max_rate = 2 * max_beta / (1 - max_beta);
+  const double bin_ns = std::max(width_ns, photons.period_ns / most_fold_bins);
+  if (!(span_ns > 0) || bin_ns >= photons.period_ns / 4) return 0;
+
+  const auto bins = static_cast<std::size_t>(std::ceil(photons.period_ns / bin_ns));
+  const auto power = [&](double rate) {
+    const std::vector<double> fold = smoothed_fold(photons, bins, rate);
+    return std::inner_product(fold.begin(), fold.end(), fold.begin(), 0.0);
+  };
+  const double step = bin_ns / span_ns;
+  const auto steps = static_cast<int>(std::ceil(max_rate / step));
+  double best = 0, largest = 0;
+  for (int n = -steps; n <= steps; ++n) {
+    const double here = power(n * step);
+    if (here > largest) largest = here, best = n * step;
+  }
+  // The top of the parabola through the best rate and its neighbours.
+  const double before = power(best - step), after = power(best + step);
+  const double fall = 2 * largest - before - after;
+  const double rate = best + (fall > 0 ? step / 2 * (after - before) / fall : 0);
+  // This is c (f - f') / (f + f') with f' = (1 - g) f. Computed with f' itself it would lose the
+  // digits of g.
+  const double velocity_mps = speed_of_light_mps * rate / (2 - rate);
+  return std::clamp(velocity_mps, -max_speed_mps, max_speed_mps);
+}
+
+std::optional<FoldedPeak> find_folded_peak(const TrainPhotons& photons, double velocity_mps,
+                                           const PulseShape& shape) {
   const double period_ns = photons.period_ns;
   const double bin_ns = std::max(shape.width_ns(), period_ns / most_fold_bins);
   const double half_ns = half_window_widths * bin_ns;
-  FoldedPeak peak;
-  if (photons.size() == 0 || period_ns <= 4 * half_ns) return peak;
+  if (photons.size() == 0 || period_ns <= 4 * half_ns) return std::nullopt;
   const double rate = walk_ns_at(velocity_mps, 1);
   std::vector<double> phases_ns(photons.size());
   for (std::size_t i = 0; i < photons.size(); ++i) {
@@ -109,7 +140,7 @@ FoldedPeak find_folded_peak(const TrainPhotons& photons, double velocity_mps,
     if (inside > 0) centre_ns += offsets_ns / inside;
   }
   const double window_ns = 2 * half_ns / period_ns * photons.seen_ns;
-  peak.found = true;
+  FoldedPeak peak;
   peak.delay_ns = fold_on(centre_ns - shape.peak_offset_ns(), period_ns);
   peak.background_per_ns =
       std::max(0.0, (photons.counted - inside) / (photons.seen_ns - window_ns));

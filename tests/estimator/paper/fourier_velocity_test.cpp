@@ -1,5 +1,3 @@
-#include "estimator/paper/fourier_velocity.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <numbers>
 #include <vector>
 
+#include "estimator/paper/train_photons.hpp"
 #include "tests/estimator/paper/train_maker.hpp"
 
 namespace splid::paper {

@@ -52,7 +52,7 @@ TEST(MatchedFilter, CountsSignalAndBackground) {
   test::FrameMaker made = test::simulated_scene(make_random({}), 60);
   made.length_ms = 10;
   const test::PaperScene scene(made, 3);
-  const Counting counting =
+  const PaperParameters counting =
       count_signal(scene.folded, scene.train, 0.1, scene.delay_start_ns(), 100);
   // Windows of 14 ns about 40 pulses hold 16 % of the time or less.
   EXPECT_NEAR(counting.signal_per_pulse, 0.018, 0.018 * 5 / std::sqrt(1900.0));
@@ -61,7 +61,7 @@ TEST(MatchedFilter, CountsSignalAndBackground) {
 
 TEST(MatchedFilter, CountsHalvesWhereNothingIsOutside) {
   const test::PaperScene scene(test::simulated_scene(make_random({}), 0), 3);
-  const Counting counting = count_signal(scene.folded, scene.train, 0.1, 0, 1e6);
+  const PaperParameters counting = count_signal(scene.folded, scene.train, 0.1, 0, 1e6);
   const auto half = static_cast<double>(scene.frame.photons_ps.size()) / 2;
   EXPECT_NEAR(counting.background_per_ns, half / scene.folded.seen_ns, 1e-12);
   EXPECT_NEAR(counting.signal_per_pulse * 40 / 3780 * scene.folded.seen_ns, half, 1e-6);
