@@ -14,8 +14,7 @@ namespace splid::paper {
 namespace {
 
 constexpr double most_candidates = 0x1p21;
-constexpr double assumed_signal = 1;
-constexpr double assumed_background_per_ns = 1e-3;
+constexpr double assumed_signal_ns = 1e3;  // S~ / b~
 
 // The filter: log(1 + S~ / b~ sum_p a_p h(phase - t_p)) at each bin of the period.
 std::vector<double> log_intensity(const Comb& comb, const PulseShape& shape, std::size_t bins) {
@@ -33,9 +32,7 @@ std::vector<double> log_intensity(const Comb& comb, const PulseShape& shape, std
           comb.amplitudes[p] * h;
     }
   }
-  for (double& value : density) {
-    value = std::log1p(assumed_signal / assumed_background_per_ns * value);
-  }
+  for (double& value : density) value = std::log1p(assumed_signal_ns * value);
   return density;
 }
 

@@ -11,8 +11,6 @@ namespace {
 
 // A train is folded on so many bins at most.
 constexpr double most_fold_bins = 0x1p18;
-// Half of the window, which holds 99.99 % of a gaussian pulse.
-constexpr double half_window_widths = 4;
 
 }  // namespace
 
@@ -112,7 +110,7 @@ std::optional<FoldedPeak> find_folded_peak(const TrainPhotons& photons, double v
                                            const PulseShape& shape) {
   const double period_ns = photons.period_ns;
   const double bin_ns = std::max(shape.width_ns(), period_ns / most_fold_bins);
-  const double half_ns = half_window_widths * bin_ns;
+  const double half_ns = 4 * bin_ns;  // of the window, which holds 99.99 % of a gaussian pulse
   if (photons.size() == 0 || period_ns <= 4 * half_ns) return std::nullopt;
   const double rate = walk_ns_at(velocity_mps, 1);
   std::vector<double> phases_ns(photons.size());
