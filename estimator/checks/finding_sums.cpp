@@ -73,12 +73,13 @@ FoundList FindingSums::found() const {
   SquareSum pulses, phases;
   for (std::size_t p = 0; p < by_pulse_.size(); ++p)
     pulses.add(by_pulse_[p], expected_[p], light_[p]);
+  const std::span<const std::uint8_t> is_free = findings_.map().is_free();
   double photons = 0, bins = 0, seen = 0;
   for (std::size_t k = 0; k < by_phase_.size(); ++k) {
-    if (seen_phase_[k] > 0) photons += by_phase_[k], seen += seen_phase_[k], bins += 1;
+    if (is_free[k] != 0) photons += by_phase_[k], seen += seen_phase_[k], bins += 1;
   }
   for (std::size_t k = 0; k < by_phase_.size(); ++k) {
-    if (seen_phase_[k] > 0) phases.add(by_phase_[k], photons * seen_phase_[k] / seen);
+    if (is_free[k] != 0 && seen > 0) phases.add(by_phase_[k], photons * seen_phase_[k] / seen);
   }
   const double amount = std::sqrt(std::max(0.0, phases.excess) * bins) / frames_;
   say(all, finding_table()[phase_row], amount, phases.gain_nats());

@@ -394,27 +394,51 @@ void Findings::judge_pulses() {
   }
 }
 
+Findings::PhaseGroup Findings::phases(std::size_t group) const {
+  const std::span<const std::uint32_t> counts = map_.by_phase();
+  const std::span<const std::uint8_t> is_free = map_.is_free();
+  const std::size_t first = group * coarse_phases;
+  std::uint32_t bins = 0, sum = 0;
+  std::uint64_t squares = 0;
+  for (std::size_t k = first; k < std::min(first + coarse_phases, counts.size()); ++k) {
+    const std::uint32_t count = counts[k] * is_free[k];
+    bins += is_free[k], sum += count, squares += std::uint64_t{count} * count;
+  }
+  return {static_cast<double>(bins), static_cast<double>(sum), static_cast<double>(squares)};
+}
+
+// Adds the free bins of a group to the sums. mean: photons of a bin whose light was all seen.
+void Findings::sum_phases(double mean, std::size_t group, std::span<const double> seen) {
+  const PhaseGroup all = phases(group);
+  if (seen.empty()) {
+    scores_.by_phase.add_alike(all.bins, mean, all.sum, all.squares);
+    return scores_.by_phase_coarse.add(all.sum, mean * all.bins);
+  }
+  double expected = 0;
+  for (std::size_t k = group * coarse_phases;
+       k < std::min((group + 1) * coarse_phases, seen.size()); ++k) {
+    if (map_.is_free()[k] == 0) continue;
+    scores_.by_phase.add(map_.by_phase()[k], mean * seen[k]);
+    expected += mean * seen[k];
+  }
+  scores_.by_phase_coarse.add(all.sum, expected);
+}
+
 // Whether light comes between the pulses that is not spread evenly.
 void Findings::judge_phases(const FoldedFrame& frame) {
   const std::span<const std::uint32_t> counts = map_.by_phase();
+  const std::span<const double> seen_phases = seen_->of_phase;
+  const std::size_t groups = (counts.size() + coarse_phases - 1) / coarse_phases;
   double photons = 0, bins = 0, seen = 0;
-  for (std::size_t k = 0; k < counts.size(); ++k) {
-    const double seen_here = seen_at_phase(k);
-    if (seen_here > 0) photons += counts[k], bins += 1, seen += seen_here;
+  for (std::size_t g = 0; g < groups; ++g) {
+    const PhaseGroup group = phases(g);
+    photons += group.sum, bins += group.bins;
   }
-  if (!(photons > 0)) return;
-  const double mean = photons / seen;  // of a bin whose light was all seen
-  for (std::size_t first = 0; first < counts.size(); first += coarse_phases) {
-    double count = 0, expected = 0;
-    for (std::size_t k = first; k < std::min(first + coarse_phases, counts.size()); ++k) {
-      const double seen_here = seen_at_phase(k);
-      if (!(seen_here > 0)) continue;
-      scores_.by_phase.add(counts[k], mean * seen_here);
-      count += counts[k], expected += mean * seen_here;
-    }
-    scores_.by_phase_coarse.add(count, expected);
-  }
+  for (std::size_t k = 0; k < seen_phases.size(); ++k) seen += seen_phases[k] * map_.is_free()[k];
+  if (seen_phases.empty()) seen = bins;
+  if (!(photons > 0) || !(seen > 0)) return;
   const SquareSum &fine = scores_.by_phase, &coarse = scores_.by_phase_coarse;
+  for (std::size_t g = 0; g < groups; ++g) sum_phases(photons / seen, g, seen_phases);
   const SquareSum& surer = coarse.gain_nats() > fine.gain_nats() ? coarse : fine;
   const double gain = surer.gain_nats();
   const bool has_strangers = fine.excess > most_elsewhere * scores_.by_pulse.scale +

@@ -84,6 +84,12 @@ struct SquareSum {
     third += expected * expected * (8 * expected + 4);
     scale += light * light;
   }
+  // The same for so many counts of one expected value, by their sum and the sum of their squares.
+  void add_alike(double cells, double expected, double sum, double squares) {
+    excess += squares - 2 * expected * sum + cells * expected * expected - sum;
+    variance += cells * 2 * expected * expected;
+    third += cells * expected * expected * (8 * expected + 4);
+  }
   // Chance exceeds a gain of g in about as many frames as a normal number exceeds sqrt(2 g).
   [[nodiscard]] double gain_nats() const {
     if (!(excess > 0) || !(variance > 0)) return 0;
@@ -124,9 +130,9 @@ class Findings {
     return seen_pulses_[p] > 0 ? map_.by_pulse()[p] : 0;
   }
   // The share of the light in phase bin k that the detector could see in that frame; 0 where the
-  // light there is that of pulses, or of other targets.
+  // light there is that of other targets.
   [[nodiscard]] double seen_at_phase(std::size_t k) const {
-    if (!is_alone_ || map_.is_free()[k] == 0) return 0;
+    if (!is_alone_) return 0;
     return seen_->of_phase.empty() ? 1 : seen_->of_phase[k];
   }
 
@@ -151,6 +157,11 @@ class Findings {
   void see_pulses(const likelihood::Model& model, std::size_t target);
   void judge_pulses();
   void judge_phases(const FoldedFrame& frame);
+  void sum_phases(double mean, std::size_t group, std::span<const double> seen);
+  struct PhaseGroup {  // sums over neighbouring free bins of phase
+    double bins, sum, squares;
+  };
+  [[nodiscard]] PhaseGroup phases(std::size_t group) const;
   void judge_beside();
   [[nodiscard]] double fit_with(std::span<const std::size_t> rows, Member& member);
   [[nodiscard]] double bartlett(std::size_t row) const;

@@ -28,13 +28,26 @@ TEST(SquareSum, ChanceIsAsRareAsItSays) {
       std::fill(counts.begin(), counts.end(), 0);
       for (int k = all(random); k > 0; --k) ++counts[static_cast<std::size_t>(any(random))];
       SquareSum sum;
-      double total = 0;
-      for (const int count : counts) total += count;
-      for (const int count : counts) sum.add(count, total / of.cells);
+      double total = 0, squares = 0;
+      for (const int count : counts) total += count, squares += count * count;
+      sum.add_alike(of.cells, total / of.cells, total, squares);
       said += 2 * sum.gain_nats() > 9.5 ? 1 : 0;
     }
     EXPECT_LE(said, 2.5e-3 * some + 3) << of.cells << ' ' << of.mean;
   }
+}
+
+TEST(SquareSum, SumsOfCountsAreThoseOfEach) {
+  SquareSum each, together;
+  double sum = 0, squares = 0;
+  for (const double n : {0.0, 3.0, 1.0, 7.0}) {
+    each.add(n, 2.5);
+    sum += n, squares += n * n;
+  }
+  together.add_alike(4, 2.5, sum, squares);
+  EXPECT_DOUBLE_EQ(each.excess, together.excess);
+  EXPECT_DOUBLE_EQ(each.variance, together.variance);
+  EXPECT_DOUBLE_EQ(each.third, together.third);
 }
 
 }  // namespace
