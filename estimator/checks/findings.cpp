@@ -273,15 +273,15 @@ void Findings::follow(const Member& richer, std::size_t row) {
     off[j] = fit_.sum(richer, Shape::path, j) - fit_.sum(base_, Shape::path, j);
   }
   constexpr std::size_t mid = map_parts / 2;
-  constexpr double to_walk = map_parts;  // from one part to the next
-  double delay = (off[mid - 1] + off[mid]) / 2, walk = (off[mid] - off[mid - 1]) * to_walk;
+  // A step from one part to the next is a 32nd of the walk.
+  double delay = (off[mid - 1] + off[mid]) / 2, walk = (off[mid] - off[mid - 1]) * map_parts;
   if (finding_table()[row].name == FindingName::vibration) {
     double squares = 0, steps = 0;
     for (std::size_t j = 0; j < map_parts; ++j) {
       squares += off[j] * off[j] / map_parts;
       if (j > 0) steps += std::pow(off[j] - off[j - 1], 2) / (map_parts - 1);
     }
-    delay = std::sqrt(squares), walk = to_walk * std::sqrt(steps);
+    delay = std::sqrt(squares), walk = map_parts * std::sqrt(steps);
   }
   const double hidden = hidden_by_spread_ns(richer);
   verdict_.wider.off_delay_ns = std::max(verdict_.wider.off_delay_ns, in_quadrature(delay, hidden));
