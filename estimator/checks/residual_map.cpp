@@ -41,15 +41,14 @@ ResidualMap::ResidualMap(const PulseTrain& train, const PulseShape& shape, std::
 }
 
 void ResidualMap::add_cells() {
-  const auto half = static_cast<int>(steps_ / 2);
-  for (int off = -half; off <= half; ++off) {  // in steps from the peak
-    const auto* edge = std::find(std::begin(cell_edges), std::end(cell_edges), std::abs(off));
-    if (edge != std::end(cell_edges) || std::abs(off) == half) {
-      edges_ns_.push_back(peak_ns_ + off * step_ns_);
+  const std::size_t half = steps_ / 2;
+  for (std::size_t step = 0; step <= steps_; ++step) {
+    const std::size_t off = step < half ? half - step : step - half;  // from the peak
+    const auto* edge = std::find(std::begin(cell_edges), std::end(cell_edges), off);
+    if (edge != std::end(cell_edges) || off == half) {
+      edges_ns_.push_back(first_ns_ + static_cast<double>(step) * step_ns_);
     }
-    if (off == half) break;
-    cell_of_step_.at(static_cast<std::size_t>(off + half)) =
-        static_cast<std::uint8_t>(edges_ns_.size() - 1);
+    if (step < steps_) cell_of_step_.at(step) = static_cast<std::uint8_t>(edges_ns_.size() - 1);
   }
   cells_ = edges_ns_.size() - 1;
 }
