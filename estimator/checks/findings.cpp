@@ -55,18 +55,27 @@ Findings::Findings(const PulseTrain& train, const PulseShape& shape, std::size_t
       train_(train),
       map_(train, shape, max_photons),
       seen_finder_(train, map_, shape.width_ns(), dead_time_ns),
-      fit_(map_, train, pulse_) {
+      fit_(map_, train, pulse_),
+      kernels_(kernels()) {
   seen_pulses_.reserve(map_.by_pulse().size());
   candidates_.reserve(rows_with_directions);
-  for (std::size_t row = 0; row < rows_with_directions; ++row) {
-    Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(map_parts, map_parts);
-    const Direction& direction = finding_table()[row].directions.front();
-    for (std::size_t k = direction.first; k <= direction.last; ++k) {
-      const Eigen::Map<const Eigen::VectorXd> of_order(fit_.basis().of(k).data(), map_parts);
-      shared += of_order * of_order.transpose() / of_order.squaredNorm();
+}
+
+const Findings::RowMoments& Findings::kernels() {
+  static const RowMoments of_rows = [] {
+    RowMoments made;
+    for (std::size_t row = 0; row < made.size(); ++row) {
+      Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(map_parts, map_parts);
+      const Direction& direction = finding_table()[row].directions.front();
+      for (std::size_t k = direction.first; k <= direction.last; ++k) {
+        const Eigen::Map<const Eigen::VectorXd> of_order(map_basis().of(k).data(), map_parts);
+        shared += of_order * of_order.transpose() / of_order.squaredNorm();
+      }
+      made[row] = {shared.array().cube().sum(), shared.diagonal().squaredNorm()};
     }
-    kernels_[row] = {shared.array().cube().sum(), shared.diagonal().squaredNorm()};
-  }
+    return made;
+  }();
+  return of_rows;
 }
 
 const Verdict& Findings::judge(const FoldedFrame& frame, const likelihood::Model& model,
@@ -323,7 +332,7 @@ double Findings::hidden_by_spread_ns(const Member& richer) const {
 void Findings::find_sandwich() {
   Eigen::Matrix2d information = Eigen::Matrix2d::Zero(), squares = Eigen::Matrix2d::Zero();
   for (std::size_t j = 0; j < map_parts; ++j) {
-    const Eigen::Vector2d by(1, fit_.basis().at(1, j));
+    const Eigen::Vector2d by(1, map_basis().at(1, j));
     const MapFit::PathSquares of_part = fit_.path_squares(base_, j);
     information += of_part.expected * by * by.transpose();
     squares += of_part.seen * by * by.transpose();

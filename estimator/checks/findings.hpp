@@ -137,11 +137,13 @@ class Findings {
   }
 
  private:
+  using RowMoments = std::array<MapFit::Moments, rows_with_directions>;
   struct Candidate {  // a row that the screen let through, fitted
     std::size_t row = 0;
     double squares = 0, gain_nats = 0;
     Member member;
   };
+  static const RowMoments& kernels();
   void list_terms(const FitFacts& facts);
   void screen(const FitFacts& facts);
   void score_row(std::size_t row);
@@ -172,7 +174,7 @@ class Findings {
   SeenLightFinder seen_finder_;
   const SeenLight* seen_ = nullptr;
   MapFit fit_;
-  std::array<MapFit::Moments, rows_with_directions> kernels_;  // of each row's functions of time
+  const RowMoments& kernels_;  // of each row's functions of the time
   Verdict verdict_;
   FrameScores scores_;
   std::array<Term, most_terms> terms_;  // those fitted, then the rows'

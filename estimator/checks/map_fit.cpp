@@ -42,6 +42,11 @@ MapBasis::MapBasis() {
   }
 }
 
+const MapBasis& map_basis() {
+  static const MapBasis basis;
+  return basis;
+}
+
 MapFit::MapFit(const ResidualMap& map, const PulseTrain& train, const PulseTable& pulse)
     : map_(map), train_(train), pulse_(pulse), others_(map_parts * most_cells) {
   const double width_ns = pulse.width_ns(), from_ns = flat_from_widths * width_ns;

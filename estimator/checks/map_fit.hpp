@@ -29,6 +29,7 @@ class MapBasis {
  private:
   std::array<double, map_parts * map_parts> values_{};
 };
+const MapBasis& map_basis();  // made once
 
 struct Term {
   Shape shape;
@@ -70,7 +71,6 @@ class MapFit {
   [[nodiscard]] double expected_elsewhere(const Member& member) const;
   [[nodiscard]] double signal() const { return signal_; }     // photons of the frame
   [[nodiscard]] double dark_per_ns() const { return dark_; }  // of a part
-  [[nodiscard]] const MapBasis& basis() const { return basis_; }
   // A member's amount of a shape in a part, by all orders.
   [[nodiscard]] double sum(const Member& member, Shape shape, std::size_t part) const;
 
@@ -128,7 +128,7 @@ class MapFit {
   const ResidualMap& map_;
   const PulseTrain& train_;
   const PulseTable& pulse_;
-  MapBasis basis_;
+  const MapBasis& basis_ = map_basis();
   SeenParts seen_parts_{};
   std::array<double, most_cells> seen_cells_{};
   SeenParts dark_parts_{};  // the background of each part over its mean
