@@ -233,6 +233,8 @@ class Tdc2Firmware final : public UsbFirmware {
   std::optional<Answer> records(std::span<std::byte> room) {
     const auto passed = std::chrono::duration_cast<std::chrono::microseconds>(
         std::chrono::steady_clock::now() - began_);
+    // A packet each millisecond: one for each record would keep the bus from answering commands.
+    if (us_ + 1000 > static_cast<std::uint64_t>(passed.count())) return std::nullopt;
     std::vector<std::byte> bytes;
     for (; us_ + gap_us <= static_cast<std::uint64_t>(passed.count()); us_ += gap_us) {
       if (bytes.size() + 16 > room.size()) break;
